@@ -1,6 +1,7 @@
 //! Contact of deformable surfaces with each other and with themselves: a penalty with a learned offset, and friction.
 
 pub(crate) mod disks;
+mod drag;
 mod lists;
 mod press;
 #[cfg(test)]
@@ -8,6 +9,7 @@ mod tests;
 
 use crate::{BoundaryConditions, EigenvalueSettings};
 use disks::{ContactDisks, Placed};
+use drag::RigidMotions;
 use glam::DVec3;
 use press::{Chunk, Touch};
 use rayon::prelude::*;
@@ -19,8 +21,14 @@ const DEEPEST: f64 = 1.0;
 /// Largest cosine between the normals of a pair: they face each other. At -0.2 the sides of a block that tilts by 12
 /// degrees meet what lies on it, as if that had come from beside.
 const FACING: f64 = -0.5;
+/// Gap (spacings) above which a pair plays no part.
+const NEAR: f64 = 0.5;
 /// Displacement (spacings) that lists of pairs leave room for.
 const MARGIN: f64 = 0.75;
+/// The same of the lists of close pairs: at rest these hold a third of the pairs.
+const CLOSE_MARGIN: f64 = 0.15;
+/// Largest fraction of the mean gap that is learned in a step (Uzawa's iteration needs less than 2).
+const MOST_LEARNING: f64 = 0.03;
 /// Residual at which the eigenvalue is taken. At 0.02, enough for a body, one estimate in seventy ends at another cluster
 /// of points, a fifth too low.
 const EIGENVALUE_TOLERANCE: f64 = 1e-4;
@@ -33,10 +41,12 @@ pub struct DeformableSettings {
     pub penalty: f64,
     /// Coulomb's coefficient of friction, 0 for none.
     pub friction: f64,
-    /// Fraction of the mean gap that the offset learns in a step. It follows a gap that swings with a lag and so
-    /// feeds the swing: amplitudes grow by half of this a step where nothing damps them. Over a step this must be less
-    /// than the damping (1/s) of what touches; 0 learns nothing.
+    /// Rate (1/s) at which the offset learns the mean gap. It follows a gap that swings with a lag and so feeds the
+    /// swing, whose energy grows by less than this rate where nothing damps it. 0 learns nothing.
     pub learning: f64,
+    /// Drag `χ` (s/m) of free pieces that press each other by `N`: `χ N` times the relative velocity of their rigid
+    /// motions. One that lies by its weight `mg` loses the speed at which it bounces at the rate `χ g`.
+    pub drag: f64,
 }
 
 impl Default for DeformableSettings {
@@ -44,7 +54,8 @@ impl Default for DeformableSettings {
         Self {
             penalty: 2.0,
             friction: 0.0,
-            learning: 2e-4,
+            learning: 0.0,
+            drag: 0.0,
         }
     }
 }
@@ -65,6 +76,21 @@ pub struct DeformableState {
     pub offset_work: f64,
     /// Where nodes (m) were when pairs were listed; empty before.
     pub listed_at: Vec<DVec3>,
+}
+
+/// What nodes did in a step.
+#[derive(Debug, Clone, Copy)]
+pub struct Moved<'a> {
+    /// Where they are at its end (m).
+    pub positions: &'a [DVec3],
+    /// By how much they moved (m).
+    pub by: &'a [DVec3],
+    /// Their masses (kg).
+    pub masses: &'a [f64],
+    /// Number of each node's free piece, from 0 on; [`u32::MAX`] for a node of none.
+    pub pieces: &'a [u32],
+    /// The step (s).
+    pub step: f64,
 }
 
 /// Sum over the pairs of one step.
@@ -88,7 +114,7 @@ pub struct DeformableForce {
 /// weights `φ = (1 − |ξ*|²/R²)²` sum to 1 amid a sheet. All forces are derivatives of this energy, so momentum and
 /// angular momentum of each pair are kept. The penalty is `k = κE/h`. Each point's offset `s_p` learns the mean gap
 /// step by step (Uzawa 1958; an augmented Lagrangian), so that pressed surfaces meet.
-/// Friction is Coulomb's, by return mapping of the slip `T dξ*`.
+/// Friction is Coulomb's, by return mapping of the slip `T dξ*`. Drag damps what lies on something.
 #[derive(Debug, Clone)]
 pub struct DeformableContact {
     disks: ContactDisks,
@@ -101,6 +127,10 @@ pub struct DeformableContact {
     /// Points with candidates, and their ranges in `lists`.
     points: Vec<(u32, [u32; 2])>,
     lists: Vec<u32>,
+    /// The same of pairs that may be opposite before nodes have moved a little from where they were.
+    close_points: Vec<(u32, [u32; 2])>,
+    close: Vec<u32>,
+    close_at: Vec<DVec3>,
     /// All samples in lists, ascending, and each sample's position in it.
     near: Vec<u32>,
     slots: Vec<u32>,
@@ -124,8 +154,9 @@ impl DeformableContact {
             penalty,
             friction,
             learning,
+            drag,
         } = settings;
-        let sound = [penalty, friction, learning]
+        let sound = [penalty, friction, learning, drag]
             .iter()
             .all(|x| x.is_finite() && *x >= 0.0);
         assert!(
@@ -141,6 +172,9 @@ impl DeformableContact {
             margin: MARGIN,
             points: Vec::new(),
             lists: Vec::new(),
+            close_points: Vec::new(),
+            close: Vec::new(),
+            close_at: Vec::new(),
             near: Vec::new(),
             slots: Vec::new(),
             amplification: 1.0,
@@ -222,14 +256,14 @@ impl DeformableContact {
         self.rebuilds
     }
 
-    /// Changes [`DeformableSettings::learning`] from the next step on.
+    /// Changes [`DeformableSettings::learning`] (1/s) and [`DeformableSettings::drag`] (s/m) from the next step on.
     ///
     /// # Panics
-    /// If it is negative or not finite.
-    pub fn set_learning(&mut self, learning: f64) {
-        let sound = learning.is_finite() && learning >= 0.0;
-        assert!(sound, "a finite fraction, not negative");
-        self.settings.learning = learning;
+    /// If one is negative or not finite.
+    pub fn set_rates(&mut self, learning: f64, drag: f64) {
+        let sound = [learning, drag].iter().all(|x| x.is_finite() && *x >= 0.0);
+        assert!(sound, "finite rates, none negative");
+        (self.settings.learning, self.settings.drag) = (learning, drag);
     }
 
     /// Candidate pairs in the lists.
@@ -247,12 +281,16 @@ impl DeformableContact {
             + size_of_val(&*self.state.listed_at)
             + size_of_val(&*self.points)
             + size_of_val(&*self.lists)
+            + size_of_val(&*self.close_points)
+            + size_of_val(&*self.close)
+            + size_of_val(&*self.close_at)
             + size_of_val(&*self.near)
             + size_of_val(&*self.slots)
     }
 
-    /// Estimate (1/s²) of what the contact adds to the largest eigenvalue of `M⁻¹K`: as if every point in the lists were
-    /// pressed upon the disk nearest to it; 0 where positions are not finite.
+    /// Estimate (1/s²) of what the contact adds to the largest eigenvalue of `M⁻¹K`: as if every point that is opposite
+    /// of disks, where pairs were listed, were pressed, even those as far above as pairs may come before they are listed
+    /// again; 0 where positions are not finite.
     ///
     /// # Panics
     /// If `masses` (kg) is shorter than the samples' nodes require.
@@ -260,23 +298,42 @@ impl DeformableContact {
     pub fn largest_eigenvalue(&self, masses: &[f64]) -> f64 {
         let place = |&s: &u32| self.disks.place(s as usize, &self.state.listed_at);
         let placed: Vec<Placed> = self.near.iter().map(place).collect();
-        let at = |sample: u32| &placed[self.slots[sample as usize] as usize];
-        let springs = self.points.iter().filter_map(|(point, [begin, end])| {
-            let far = |q: &u32| at(*q).x.distance_squared(at(*point).x);
-            let list = self.lists[*begin as usize..*end as usize].iter();
-            let other = *list.min_by(|a, b| far(a).total_cmp(&far(b)))?;
-            let area = self.disks.samples[*point as usize].area;
-            let spring = 0.5 * area * self.stiffness(*point, other);
-            Some((*point as usize, other as usize, spring, at(other).n))
-        });
-        let springs: Vec<_> = springs.collect();
+        let (mut springs, mut pairs) = (Vec::new(), Vec::new());
+        for (point, list) in self
+            .points
+            .iter()
+            .map(|(p, range)| (*p, self.listed(range)))
+        {
+            self.find_pairs(point, list, &placed, NEAR + MARGIN, &mut pairs);
+            let half = 0.5 * self.disks.samples[point as usize].area / press::norm(&pairs);
+            let slot = self.slots[point as usize] as usize;
+            springs.extend(pairs.iter().map(|pair| {
+                let n = placed[pair.slot as usize].n;
+                (
+                    slot,
+                    pair.slot as usize,
+                    half * pair.phi * pair.stiffness,
+                    n,
+                    pair.xi,
+                )
+            }));
+        }
+        let mut loads = vec![(DVec3::ZERO, [DVec3::ZERO; 2]); self.near.len()];
         let product = |v: &[DVec3], out: &mut [DVec3]| {
             out.fill(DVec3::ZERO);
-            for &(p, q, spring, n) in &springs {
-                let moved = self.disks.gather(p, v).0 - self.disks.gather(q, v).0;
-                let force = n * (spring * n.dot(moved));
-                self.disks.scatter(p, (force, [DVec3::ZERO; 2]), out);
-                self.disks.scatter(q, (-force, [DVec3::ZERO; 2]), out);
+            loads.fill((DVec3::ZERO, [DVec3::ZERO; 2]));
+            let gather = |&sample: &u32| self.disks.gather(sample as usize, v);
+            let moves: Vec<_> = self.near.iter().map(gather).collect();
+            for &(p, q, spring, n, [a, b]) in &springs {
+                let (x, t) = moves[q];
+                let force = n * (spring * n.dot(moves[p].0 - x - t[0] * a - t[1] * b));
+                loads[p].0 += force;
+                loads[q].0 -= force;
+                loads[q].1[0] -= force * a;
+                loads[q].1[1] -= force * b;
+            }
+            for (&sample, &load) in self.near.iter().zip(&loads) {
+                self.disks.scatter(sample as usize, load, out);
             }
         };
         let free = BoundaryConditions::free(masses.len());
@@ -287,6 +344,10 @@ impl DeformableContact {
         };
         let found = crate::largest_eigenvalue(masses, &free, product, &mut Vec::new(), &settings);
         found.map_or(0.0, |found| found.value)
+    }
+
+    fn listed(&self, [begin, end]: &[u32; 2]) -> &[u32] {
+        &self.lists[*begin as usize..*end as usize]
     }
 
     /// Lets two bodies, or a body and itself, touch from now on.
@@ -308,17 +369,13 @@ impl DeformableContact {
         self.settings.penalty * of(a).min(of(b))
     }
 
-    /// Adds the contact's forces (N) on nodes at `positions` (m) to `forces`, lets friction slide by `moved` (m), the
-    /// displacements of the step that ends here, and lets offsets learn: to be called once a step.
+    /// Adds the contact's forces (N) on nodes to `forces`, lets friction slide and offsets learn: to be called once a
+    /// step.
     ///
     /// # Panics
     /// If a slice is shorter than the samples' nodes require.
-    pub fn add_forces(
-        &mut self,
-        positions: &[DVec3],
-        moved: &[DVec3],
-        forces: &mut [DVec3],
-    ) -> DeformableForce {
+    pub fn add_forces(&mut self, moved: &Moved<'_>, forces: &mut [DVec3]) -> DeformableForce {
+        let positions = moved.positions;
         self.update_lists(positions);
         self.state.energy = 0.0;
         let mut total = DeformableForce::default();
@@ -332,9 +389,10 @@ impl DeformableContact {
             .with_min_len(CHUNK)
             .map(place)
             .collect();
+        self.update_close(positions, &placed);
         let rubs = self.settings.friction > 0.0;
-        let motion = |&sample: &u32| self.disks.gather(sample as usize, moved);
-        let motions: Vec<_> = if rubs {
+        let motion = |&sample: &u32| self.disks.gather(sample as usize, moved.by);
+        let motions: Vec<_> = if rubs || self.settings.drag > 0.0 {
             self.near
                 .par_iter()
                 .with_min_len(CHUNK)
@@ -343,19 +401,48 @@ impl DeformableContact {
         } else {
             Vec::new()
         };
-        let chunks: Vec<Chunk> = (self.points.par_chunks(CHUNK))
+        let rigid = if self.settings.drag > 0.0 {
+            RigidMotions::of(moved)
+        } else {
+            RigidMotions::default()
+        };
+        let step = (moved, &rigid);
+        let chunks: Vec<Chunk> = (self.close_points.par_chunks(CHUNK))
             .map(|points| {
                 let (mut chunk, mut pairs) = (Chunk::default(), Vec::new());
-                for (point, [begin, end]) in points {
-                    let list = &self.lists[*begin as usize..*end as usize];
-                    self.find_pairs(*point, list, &placed, &mut pairs);
-                    self.press(*point, &pairs, &placed, &motions, &mut chunk);
+                for (point, range) in points {
+                    let list = &self.close[range[0] as usize..range[1] as usize];
+                    self.find_pairs(*point, list, &placed, NEAR, &mut pairs);
+                    self.press(*point, &pairs, (&placed, &motions), step, &mut chunk);
                 }
                 chunk
             })
             .collect();
         let state = &mut self.state;
         let mut loads = vec![(DVec3::ZERO, [DVec3::ZERO; 2]); self.near.len()];
+        let drags = || chunks.iter().flat_map(|chunk| &chunk.drags);
+        let share = rigid.share(drags(), self.settings.drag * moved.step);
+        let mut wrenches = vec![(DVec3::ZERO, DVec3::ZERO); rigid.len()];
+        for drag in drags() {
+            state.dissipated += share * drag.taken;
+            let slots = [drag.own, drag.disk.0];
+            for ((piece, slot), side) in drag.pieces.into_iter().zip(slots).zip([1.0, -1.0]) {
+                let force = drag.force * (share * side);
+                if let Some(wrench) = wrenches.get_mut(piece as usize) {
+                    wrench.0 += force;
+                    wrench.1 += drag.at.cross(force);
+                    continue;
+                }
+                let load = &mut loads[slot as usize];
+                load.0 += force;
+                if side < 0.0 {
+                    let [a, b] = drag.disk.1;
+                    load.1[0] += force * a;
+                    load.1[1] += force * b;
+                }
+            }
+        }
+        rigid.spread(&wrenches, moved, forces);
         for chunk in &chunks {
             for Touch { slot, load } in &chunk.touches {
                 let sum = &mut loads[*slot as usize];

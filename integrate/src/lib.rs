@@ -36,7 +36,9 @@ pub use contact::{
     Contact, ContactForce, ContactPoint, ContactSettings, ContactSurface, SurfaceError, penalty,
 };
 pub use deformable::disks::{ContactDisks, DiskSample};
-pub use deformable::{DeformableContact, DeformableForce, DeformableSettings, DeformableState};
+pub use deformable::{
+    DeformableContact, DeformableForce, DeformableSettings, DeformableState, Moved,
+};
 pub use eigenvalue::{
     Eigenvalue, EigenvalueError, EigenvalueSettings, critical_step, largest_eigenvalue,
     largest_eigenvalue_within, radial_start,

@@ -40,26 +40,59 @@ impl RigidField {
         positions: &[DVec3],
         weighted: impl Fn(usize) -> DVec3,
     ) -> Self {
+        let inertia = Inertia::of(nodes.clone(), masses, positions);
+        let sum: DVec3 = nodes.clone().map(&weighted).sum();
+        let (a, mut moment) = (sum / inertia.mass, DVec3::ZERO);
+        for node in nodes {
+            let arm = positions[node] - inertia.center;
+            // Without the mean: arms that are round-off, as of a single node, would make a spin of it.
+            moment += arm.cross(weighted(node) - a * masses[node]);
+        }
+        inertia.field(sum, moment)
+    }
+}
+
+/// Mass, center and inertia of some nodes.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Inertia {
+    pub(crate) mass: f64,
+    pub(crate) center: DVec3,
+    tensor: DMat3,
+}
+
+impl Inertia {
+    pub(crate) fn of(
+        nodes: impl Iterator<Item = usize> + Clone,
+        masses: &[f64],
+        positions: &[DVec3],
+    ) -> Self {
         let (mut mass, mut first) = (0.0, DVec3::ZERO);
         for node in nodes.clone() {
             mass += masses[node];
             first += positions[node] * masses[node];
         }
-        let center = first / mass;
-        let sum: DVec3 = nodes.clone().map(&weighted).sum();
-        let a = sum / mass;
-        let (mut moment, mut inertia) = (DVec3::ZERO, DMat3::ZERO);
+        let (center, mut tensor) = (first / mass, DMat3::ZERO);
         for node in nodes {
             let arm = positions[node] - center;
-            // Without the mean: arms that are round-off, as of a single node, would make a spin of it.
-            moment += arm.cross(weighted(node) - a * masses[node]);
             let square = DMat3::from_diagonal(DVec3::splat(arm.length_squared()));
             let outer = DMat3::from_cols(arm * arm.x, arm * arm.y, arm * arm.z);
-            inertia += (square - outer) * masses[node];
+            tensor += (square - outer) * masses[node];
         }
-        // One node, or nodes on a line, cannot turn in every way: those ways are left out.
-        let b = solve_semidefinite(inertia, moment);
-        Self { center, a, b }
+        Self {
+            mass,
+            center,
+            tensor,
+        }
+    }
+
+    /// The field of a mass-weighted sum and a moment about the center.
+    pub(crate) fn field(&self, sum: DVec3, moment: DVec3) -> RigidField {
+        RigidField {
+            center: self.center,
+            a: sum / self.mass,
+            // One node, or nodes on a line, cannot turn in every way: those ways are left out.
+            b: solve_semidefinite(self.tensor, moment),
+        }
     }
 }
 

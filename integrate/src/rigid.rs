@@ -48,6 +48,11 @@ impl Motion {
         !self.pieces.free.is_empty()
     }
 
+    /// Nodes of each piece that no support holds, ascending.
+    pub fn free_pieces(&self) -> impl Iterator<Item = &[u32]> {
+        self.pieces.free.iter().map(|(_, nodes)| &nodes[..])
+    }
+
     /// Names the connected pieces of a body, `piece[i]` that of node `i`, after a cut: in those that no
     /// support holds, damping acts on what is left of the motion when its rigid part is taken out, so
     /// that they fall and turn freely. An empty slice takes it back.

@@ -6,7 +6,7 @@ use glam::{DMat3, DVec3};
 use phyxel_discretize::{sample_surfels, surface_mesh};
 use phyxel_integrate::{
     ContactDisks, DeformableContact, DeformableForce, DeformableSettings, DeformableState,
-    DiskSample, StepView,
+    DiskSample, Moved, StepView,
 };
 use phyxel_splat::{BindSettings, Tissue, TissueSettings};
 
@@ -20,10 +20,8 @@ use crate::scene::{self, Between, Scene};
 const DENSITY: f64 = 4.0;
 /// How far a sample may lie off its triangle, over the triangle's size.
 const OFF_TRIANGLE: f64 = 0.3;
-/// Rate at which offsets learn, over the least damping of the bodies, and the largest fraction that they learn in a
-/// step.
+/// Rate at which offsets learn, over the least damping of the bodies.
 const LEARNING: f64 = 0.5;
-const MOST_LEARNING: f64 = 0.03;
 /// Nodes of a sample: enough for a linear fit on one side of a cut.
 const NODES: usize = 16;
 
@@ -41,10 +39,14 @@ pub(crate) struct DeformableBodies {
     /// Where each body's nodes begin among those of all.
     first: Vec<usize>,
     stiffness: Vec<(f64, f64)>,
+    /// Acceleration (m/s²) of gravity in full.
+    gravity: f64,
     rest: Vec<DVec3>,
     masses: Vec<f64>,
     positions: Vec<DVec3>,
     moved: Vec<DVec3>,
+    /// Number of each node's free piece.
+    pieces: Vec<u32>,
     forces: Vec<DVec3>,
     last: DeformableForce,
     /// Whether each body touches itself once it is cut.
@@ -95,8 +97,10 @@ impl DeformableBodies {
             outside: members.iter().map(outside_of).collect(),
             first,
             stiffness: stiffness.collect(),
+            gravity: (scene.gravity).map_or(0.0, |gravity| gravity.acceleration.length()),
             positions: rest.clone(),
             moved: vec![DVec3::ZERO; rest.len()],
+            pieces: vec![u32::MAX; rest.len()],
             forces: vec![DVec3::ZERO; rest.len()],
             rest,
             masses,
@@ -221,15 +225,30 @@ impl DeformableBodies {
         Ok(())
     }
 
-    /// Begins a step (s). Offsets learn at half the rate of the least damping, so that they feed no motion.
-    pub(crate) fn begin_step(&mut self, members: &[Member], step: f64) {
+    /// Begins a step. Offsets learn at half the rate of the least damping, so that they feed no motion. What lies by its
+    /// weight loses its bounce at the rate of that damping, from which rigid motions of free bodies are spared.
+    pub(crate) fn begin_step(&mut self, members: &[Member]) {
         let damping = members
             .iter()
             .map(|member| member.body.motion.settings().damping);
         let least = damping.fold(f64::INFINITY, f64::min);
-        self.contact
-            .set_learning((LEARNING * least * step).min(MOST_LEARNING));
+        let drag = if self.gravity > 0.0 {
+            least / self.gravity
+        } else {
+            0.0
+        };
+        self.contact.set_rates(LEARNING * least, drag);
         self.begin(members);
+        self.pieces.fill(u32::MAX);
+        let pieces = members.iter().zip(&self.first).flat_map(|(member, first)| {
+            let pieces = member.body.motion.free_pieces();
+            pieces.map(move |nodes| (nodes, *first))
+        });
+        for (piece, (nodes, first)) in (0..).zip(pieces) {
+            for node in nodes {
+                self.pieces[first + *node as usize] = piece;
+            }
+        }
     }
 
     /// Remembers where a body's nodes are at the begin of a step.
@@ -251,10 +270,16 @@ impl DeformableBodies {
     }
 
     /// Computes the forces once all bodies' nodes are known.
-    pub(crate) fn press(&mut self) {
+    pub(crate) fn press(&mut self, step: f64) {
         self.forces.fill(DVec3::ZERO);
-        let (x, moved) = (&self.positions, &self.moved);
-        self.last = self.contact.add_forces(x, moved, &mut self.forces);
+        let moved = Moved {
+            positions: &self.positions,
+            by: &self.moved,
+            masses: &self.masses,
+            pieces: &self.pieces,
+            step,
+        };
+        self.last = self.contact.add_forces(&moved, &mut self.forces);
     }
 
     /// Adds the forces on a body's nodes.

@@ -28,7 +28,7 @@ impl World {
             to,
         };
         if let Some(contact) = &mut self.deformable {
-            contact.begin_step(&self.members, step);
+            contact.begin_step(&self.members);
             return moves.advance_together(&mut self.members, 0, contact, &mut self.phases);
         }
         for member in &mut self.members {
@@ -105,7 +105,7 @@ impl Moves<'_> {
         phases: &mut Phases,
     ) -> Result<(), WorldError> {
         let Some((member, others)) = members.split_first_mut() else {
-            phases.time(Phase::Contact, || contact.press());
+            phases.time(Phase::Contact, || contact.press(self.step));
             return Ok(());
         };
         let (mut result, spent, mut inner) = (Ok(()), Cell::default(), Phases::default());

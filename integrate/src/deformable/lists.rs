@@ -1,7 +1,7 @@
 //! Lists of pairs that may meet, by a grid of cells.
 
-use super::disks::{DiskSample, index};
-use super::{DEEPEST, DeformableContact, FACING};
+use super::disks::{DiskSample, Placed, index};
+use super::{CLOSE_MARGIN, DEEPEST, DeformableContact, FACING};
 use glam::DVec3;
 
 /// Samples of one body that are closer than this at rest (spacings) and do not face each other across a gap are
@@ -102,6 +102,38 @@ impl DeformableContact {
         true
     }
 
+    /// Lists those of the pairs that may be opposite of each other until nodes have moved by a part of
+    /// [`CLOSE_MARGIN`], if they have since the last time. What pairs do is the same with any such lists.
+    pub(super) fn update_close(&mut self, positions: &[DVec3], placed: &[Placed]) {
+        let room = 0.5 * CLOSE_MARGIN * self.widest() / self.amplification;
+        let stays = |(a, b): (&DVec3, &DVec3)| a.distance_squared(*b) < room * room;
+        let same = self.close_at.len() == positions.len();
+        if same && positions.iter().zip(&self.close_at).all(stays) {
+            return;
+        }
+        self.close_at.clear();
+        self.close_at.extend_from_slice(positions);
+        self.close_points.clear();
+        self.close.clear();
+        let margin = 2.0 * CLOSE_MARGIN * self.widest();
+        for (point, range) in &self.points {
+            let begin = index(self.close.len());
+            let x = placed[self.slots[*point as usize] as usize].x;
+            let list = &self.lists[range[0] as usize..range[1] as usize];
+            self.close.extend(list.iter().filter(|&&other| {
+                let q = &placed[self.slots[other as usize] as usize];
+                let arm = x - q.x;
+                // A disk that turns lets feet wander by the gap.
+                let gap = q.n.dot(arm).abs();
+                let reach = self.disks.reach[other as usize] + margin + 0.5 * gap;
+                let [a, b] = q.solve([q.t[0].dot(arm), q.t[1].dot(arm)]);
+                a * a + b * b < reach * reach
+            }));
+            self.close_points
+                .push((*point, [begin, index(self.close.len())]));
+        }
+    }
+
     fn widest(&self) -> f64 {
         let samples = self.disks.samples.iter();
         samples.map(|sample| sample.spacing).fold(0.0, f64::max)
@@ -153,6 +185,7 @@ impl DeformableContact {
                 && (a.body != b.body || !are_neighbors(a, b))
         };
         (self.points, self.lists) = candidates(&places, &open, far, meets);
+        self.close_at.clear();
         let is_near = |&sample: &u32| sample != u32::MAX;
         self.slots.clear();
         self.slots.resize(samples.len(), u32::MAX);
