@@ -104,6 +104,7 @@ pub enum Dilatation {
 }
 
 impl Default for Settings {
+    /// Stabilization 0.1, dilatation at each node.
     fn default() -> Self {
         Self {
             stabilization: 0.1,

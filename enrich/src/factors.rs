@@ -25,6 +25,7 @@ pub struct FactorSettings {
 }
 
 impl Default for FactorSettings {
+    /// Influence radius of twice the mean length of a node's pairs, diffraction.
     fn default() -> Self {
         Self {
             influence_radius: InfluenceRadius::Neighbors(2.0),

@@ -50,6 +50,7 @@ pub struct DeformableSettings {
 }
 
 impl Default for DeformableSettings {
+    /// Penalty 2, no friction, learning 2e-4.
     fn default() -> Self {
         Self {
             penalty: 2.0,

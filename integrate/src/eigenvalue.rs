@@ -18,6 +18,7 @@ pub struct EigenvalueSettings {
 }
 
 impl Default for EigenvalueSettings {
+    /// 60 iterations at most, tolerance 2 %, 2 % added.
     fn default() -> Self {
         Self {
             iterations: 60,

@@ -42,6 +42,7 @@ pub struct MotionSettings {
 }
 
 impl Default for MotionSettings {
+    /// Velocity Verlet without damping, viscosity and gravity; a warning at 5 %, a divergence at 100 times.
     fn default() -> Self {
         Self {
             scheme: ExplicitScheme::VelocityVerlet,

@@ -25,6 +25,7 @@ pub struct NewtonSettings {
 }
 
 impl Default for NewtonSettings {
+    /// Tolerance 1e-8, 40 iterations of at most 2,000 linear ones, which begin at a tolerance of 0.1.
     fn default() -> Self {
         Self {
             tolerance: 1e-8,

@@ -62,6 +62,7 @@ pub struct TissueSettings {
 }
 
 impl Default for TissueSettings {
+    /// Radii that just cover, skin as dense as the outside, no opening, stretches up to 3, clipped disks.
     fn default() -> Self {
         Self {
             bind: BindSettings::default(),

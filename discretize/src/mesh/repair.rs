@@ -29,6 +29,7 @@ pub struct RepairSettings {
 }
 
 impl Default for RepairSettings {
+    /// Welding at 1e-9, holes up to 0.2 diagonals, parts above 1e-7 of the largest; crossings are looked for.
     fn default() -> Self {
         Self {
             weld_tolerance: 1e-9,

@@ -36,6 +36,7 @@ pub struct SampleSettings {
 }
 
 impl Default for SampleSettings {
+    /// About 6,000 nodes, within 5 %, four sweeps of smoothing.
     fn default() -> Self {
         Self {
             target: SampleTarget::NodeCount(6000),

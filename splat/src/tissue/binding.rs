@@ -34,6 +34,7 @@ pub struct BindSettings {
 }
 
 impl Default for BindSettings {
+    /// 8 nodes of the 48 nearest, weights of compact support.
     fn default() -> Self {
         Self {
             neighbors: 8,
