@@ -182,6 +182,11 @@ pub(super) fn mesh_cases() -> Vec<Case> {
         arguments: strings(&["run", "organ.stl", "--out", "results/here"]),
     });
     cases.push(given("missing mesh", &[], &["run", "organ.obj"]));
+    cases.push(given(
+        "misspelt key beside an open mesh",
+        &[("organ.obj", &tetrahedron("0 0 0", ""))],
+        &["check", "organ.obj", "--set", "gravty=None"],
+    ));
     let whole = tetrahedron("0 0 0", "f 2 3 4");
     let sample = |name: &str, mesh: &str, more: &[&str]| {
         let arguments = [&["sample", "organ.obj"], more].concat();
