@@ -96,13 +96,16 @@ fn largest_of_tridiagonal(diagonal: &[f64], beside: &[f64]) -> f64 {
     high
 }
 
-#[cfg(test)]
-mod tests {
+#[allow(
+    clippy::unwrap_used,
+    clippy::missing_assert_message,
+    reason = "a claim that panics fails"
+)]
+pub(crate) mod checks {
     use super::*;
 
     /// The second difference of n nodes has the eigenvalues `2 - 2 cos(k π / (n + 1))`.
-    #[test]
-    fn a_chain_has_the_eigenvalue_of_its_shortest_wave() {
+    pub(crate) fn a_chain_has_the_eigenvalue_of_its_shortest_wave() {
         for n in [1_u32, 2, 7, 40] {
             let diagonal = vec![2.0; n as usize];
             let beside = vec![-1.0; n as usize];

@@ -4,7 +4,7 @@
 
 mod references;
 mod specimen;
-mod williams;
+pub(crate) mod williams;
 
 use std::f64::consts::PI;
 

@@ -386,8 +386,12 @@ fn narrow(count: usize) -> u32 {
     u32::try_from(count).expect("fewer than 2^32 pairs")
 }
 
-#[cfg(test)]
-mod tests {
+#[allow(
+    clippy::unwrap_used,
+    clippy::missing_assert_message,
+    reason = "a claim that panics fails"
+)]
+pub(crate) mod checks {
     use super::*;
 
     const SOLID: Solid = Solid {
@@ -406,8 +410,7 @@ mod tests {
     }
 
     /// Held to a linear field at its surface, the inside follows it to rounding: the patch test.
-    #[test]
-    fn the_patch_test_is_passed_on_uneven_lines() {
+    pub(crate) fn the_patch_test_is_passed_on_uneven_lines() {
         let gradient = DMat3::from_cols(
             DVec3::new(0.01, 0.02, -0.01),
             DVec3::new(0.03, -0.02, 0.01),
@@ -453,8 +456,7 @@ mod tests {
 
     /// `P L³ / 3 E I + 6/5 P L / G A` (Timoshenko), exact for a Poisson's ratio of 0 but for the clamped
     /// end's warping.
-    #[test]
-    fn a_cantilever_bends_as_theory_says() {
+    pub(crate) fn a_cantilever_bends_as_theory_says() {
         let (length, thick, load) = (1.0, 0.1, 1e-4);
         let solid = Solid {
             poissons_ratio: 0.0,

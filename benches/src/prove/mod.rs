@@ -7,6 +7,7 @@ mod elastic;
 mod geodesics;
 mod grids;
 mod indentation;
+mod own;
 mod real_meshes;
 mod scattered;
 mod scenes;
@@ -250,6 +251,11 @@ pub const CLAIMS: &[Claim] = &[
         run: studies::studies_are_listed_and_a_misspelt_one_is_named,
     },
     Claim {
+        name: "own",
+        about: "the studies' own code: finite elements, exact cracks, tables, this command",
+        run: own::parts,
+    },
+    Claim {
         name: "pipe",
         about: "a reader of the output may leave",
         run: studies::a_reader_may_leave,
@@ -434,12 +440,15 @@ fn check(claim: Claim) -> Outcome {
     }
 }
 
-#[cfg(test)]
-mod tests {
+#[allow(
+    clippy::unwrap_used,
+    clippy::missing_assert_message,
+    reason = "a claim that panics fails"
+)]
+pub(crate) mod checks {
     use super::*;
 
-    #[test]
-    fn a_claim_that_is_wrong_panics_or_shows_nothing_fails() {
+    pub(crate) fn a_claim_that_is_wrong_panics_or_shows_nothing_fails() {
         let claim = |run| Claim {
             name: "test",
             about: "a test",

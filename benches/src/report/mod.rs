@@ -335,12 +335,15 @@ impl Series {
     }
 }
 
-#[cfg(test)]
-mod tests {
+#[allow(
+    clippy::unwrap_used,
+    clippy::missing_assert_message,
+    reason = "a claim that panics fails"
+)]
+pub(crate) mod checks {
     use super::*;
 
-    #[test]
-    fn tables_line_up_and_keep_all_digits_in_csv() {
+    pub(crate) fn tables_line_up_and_keep_all_digits_in_csv() {
         let table = Table {
             name: "t",
             title: "T".to_owned(),
@@ -368,8 +371,7 @@ mod tests {
         assert_eq!(lines[2], "    a, b      0.300");
     }
 
-    #[test]
-    fn numbers_keep_three_digits() {
+    pub(crate) fn numbers_keep_three_digits() {
         for (number, text) in [
             (0.0, "0"),
             (1.234e-7, "1.23e-7"),
