@@ -52,32 +52,48 @@ pub fn run_all(
     options: Options,
     mut ended: impl FnMut(&Row) -> Result<(), StudyError>,
 ) -> Result<Vec<Row>, StudyError> {
+    let mut rows: Vec<Option<Row>> = cases.iter().map(|_| None).collect();
+    let work = |case: &Case| run(&case.name, case.scene.clone(), options);
+    on_threads(cases, jobs, work, |index, row| {
+        ended(&row)?;
+        rows[index] = Some(row);
+        Ok(())
+    })?;
+    Ok(rows.into_iter().flatten().collect())
+}
+
+/// Works on items, `jobs` at a time with one thread each; `ended` sees each result with its item's place.
+///
+/// # Errors
+/// [`StudyError::Threads`], and what `ended` returns.
+pub(crate) fn on_threads<T: Sync, R: Send>(
+    items: &[T],
+    jobs: usize,
+    work: impl Fn(&T) -> R + Sync,
+    mut ended: impl FnMut(usize, R) -> Result<(), StudyError>,
+) -> Result<(), StudyError> {
     let next = AtomicUsize::new(0);
     let (send, receive) = mpsc::channel();
     thread::scope(|scope| {
-        for _ in 0..jobs.clamp(1, cases.len().max(1)) {
-            let (next, send) = (&next, send.clone());
+        for _ in 0..jobs.clamp(1, items.len().max(1)) {
+            let (next, work, send) = (&next, &work, send.clone());
             let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
             scope.spawn(move || {
                 loop {
                     let index = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(case) = cases.get(index) else {
+                    let Some(item) = items.get(index) else {
                         break;
                     };
-                    let row = pool.install(|| run(&case.name, case.scene.clone(), options));
-                    if send.send((index, row)).is_err() {
+                    if send.send((index, pool.install(|| work(item)))).is_err() {
                         break;
                     }
                 }
             });
         }
         drop(send);
-        let mut rows: Vec<Option<Row>> = cases.iter().map(|_| None).collect();
-        for (index, row) in receive {
-            ended(&row)?;
-            rows[index] = Some(row);
-        }
-        Ok(rows.into_iter().flatten().collect())
+        receive
+            .into_iter()
+            .try_for_each(|(index, found)| ended(index, found))
     })
 }
 

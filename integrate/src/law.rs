@@ -19,13 +19,6 @@ pub trait ForceLaw {
     fn tangent_blocks_into(&mut self, _blocks: &mut [DMat3]) -> bool {
         false
     }
-
-    /// Writes an approximation of `K⁻¹ r` (m) that is symmetric, positive definite and zero along held
-    /// directions, and returns `true`; `false` if there is none. Static solves use it instead of the
-    /// blocks; it only speeds them up.
-    fn precondition(&mut self, _residual: &[DVec3], _out: &mut [DVec3]) -> bool {
-        false
-    }
 }
 
 impl<L: ForceLaw + ?Sized> ForceLaw for &mut L {
@@ -39,10 +32,6 @@ impl<L: ForceLaw + ?Sized> ForceLaw for &mut L {
 
     fn tangent_blocks_into(&mut self, blocks: &mut [DMat3]) -> bool {
         (**self).tangent_blocks_into(blocks)
-    }
-
-    fn precondition(&mut self, residual: &[DVec3], out: &mut [DVec3]) -> bool {
-        (**self).precondition(residual, out)
     }
 }
 

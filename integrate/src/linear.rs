@@ -1,4 +1,4 @@
-//! Conjugate gradients, preconditioned by diagonal blocks or by the law itself.
+//! Conjugate gradients, preconditioned by diagonal blocks.
 
 use crate::law::ForceLaw;
 use crate::newton::Problem;
@@ -57,7 +57,7 @@ impl Conjugate {
         self.image.resize(n, DVec3::ZERO);
         let goal = tolerance * norm(b);
         let mut iterations = 0;
-        let mut rho = self.precondition(law, problem);
+        let mut rho = self.precondition();
         self.direction.copy_from_slice(&self.preconditioned);
         while norm(&self.residual) > goal && iterations < limit && rho > 0.0 {
             problem.tangent_product(law, &self.direction, &mut self.image);
@@ -72,7 +72,7 @@ impl Conjugate {
             let alpha = rho / curvature;
             add_scaled(x, alpha, &self.direction);
             add_scaled(&mut self.residual, -alpha, &self.image);
-            let next = self.precondition(law, problem);
+            let next = self.precondition();
             let beta = next / rho;
             rho = next;
             let z = &self.preconditioned;
@@ -82,21 +82,14 @@ impl Conjugate {
     }
 
     /// `z = P r`; returns `r · z`.
-    fn precondition(&mut self, law: &mut dyn ForceLaw, problem: &Problem<'_>) -> f64 {
-        let (r, z, blocks) = (
-            &self.residual,
-            &mut self.preconditioned,
-            &self.inverse_blocks,
-        );
-        let by_law = problem.inertia.is_none() && law.precondition(r, z);
-        if !by_law {
-            if blocks.is_empty() {
-                z.copy_from_slice(r);
-            } else {
-                update(z, |i, z| *z = blocks[i] * r[i]);
-            }
+    fn precondition(&mut self) -> f64 {
+        let (r, blocks) = (&self.residual, &self.inverse_blocks);
+        if blocks.is_empty() {
+            self.preconditioned.copy_from_slice(r);
+        } else {
+            update(&mut self.preconditioned, |i, z| *z = blocks[i] * r[i]);
         }
-        dot(r, z)
+        dot(r, &self.preconditioned)
     }
 }
 

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use phyxel::World;
+use testkit::cloud::Random;
 
 use super::stage::*;
 
@@ -80,14 +81,8 @@ fn dice_fall_freely() {
 
 #[test]
 fn a_hundred_cuts() {
-    let mut state = 9_u64;
-    let mut random = || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        f64::from(u32::try_from(state >> 40).unwrap()) / f64::from(1_u32 << 24) - 0.5
-    };
-    let mut point = |size: f64| DVec3::new(random(), random(), random()) * size;
+    let mut random = Random::new(9);
+    let mut point = |size: f64| random.vector(0.5 * size);
     let strokes: Vec<String> = (0..100_u32)
         .map(|k| {
             let begin = 1e-3 * f64::from(k);

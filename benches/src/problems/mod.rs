@@ -8,6 +8,5 @@ pub mod cracks;
 pub mod elements;
 pub mod indentation;
 pub mod model;
-pub(crate) mod noise;
 pub mod reference;
 pub mod solid;

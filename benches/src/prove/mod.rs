@@ -16,12 +16,10 @@ mod traps;
 
 use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::mpsc;
-use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::StudyError;
+use crate::batch::on_threads;
 
 /// A claim and the code that checks it.
 #[derive(Debug, Clone, Copy)]
@@ -401,31 +399,15 @@ pub fn run(
     jobs: usize,
     mut ended: impl FnMut(&Outcome) -> Result<(), StudyError>,
 ) -> Result<bool, StudyError> {
-    let next = AtomicUsize::new(0);
-    let (send, receive) = mpsc::channel();
-    thread::scope(|scope| {
-        for _ in 0..jobs.clamp(1, claims.len().max(1)) {
-            let (next, send) = (&next, send.clone());
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
-            scope.spawn(move || {
-                while let Some(claim) = claims.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    if send.send(pool.install(|| check(*claim))).is_err() {
-                        break;
-                    }
-                }
-            });
-        }
-        drop(send);
-        let mut all = true;
-        for outcome in receive {
-            all &= outcome.holds();
-            ended(&outcome)?;
-        }
-        Ok(all)
-    })
+    let mut all = true;
+    on_threads(claims, jobs, check, |_, outcome| {
+        all &= outcome.holds();
+        ended(&outcome)
+    })?;
+    Ok(all)
 }
 
-fn check(claim: Claim) -> Outcome {
+fn check(claim: &Claim) -> Outcome {
     let start = Instant::now();
     let mut proof = Proof::default();
     let ran = catch_unwind(AssertUnwindSafe(|| (claim.run)(&mut proof)));
@@ -434,7 +416,7 @@ fn check(claim: Claim) -> Outcome {
         proof.holds("it comes to its end", false);
     }
     Outcome {
-        claim,
+        claim: *claim,
         proof,
         time: start.elapsed(),
     }

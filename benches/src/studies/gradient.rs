@@ -7,9 +7,9 @@ use phyxel_mls::{
     kernel_weights, within_radius,
 };
 
-use crate::problems::noise::noise;
 use crate::report::{Cell, Plot, Report, Series, Table, columns, log, median_time};
 use crate::{Effort, StudyError};
+use testkit::cloud::Random;
 
 /// Runs of which the median time is taken.
 const RUNS: usize = 5;
@@ -150,14 +150,14 @@ fn cloud(side: u32) -> Cloud {
     let last = side - 1;
     let spacing = 1.0 / f64::from(last);
     let (mut positions, mut volumes, mut boundary) = (Vec::new(), Vec::new(), Vec::new());
-    let mut state = 1_u64;
+    let mut random = Random::new(1);
     for index in 0..side * side * side {
         let lattice = [index % side, index / side % side, index / (side * side)];
         let on_face = lattice.iter().filter(|&&i| i == 0 || i == last).count();
         let mut point = lattice.map(|i| f64::from(i) * spacing);
         if on_face == 0 {
             for coordinate in &mut point {
-                *coordinate += JITTER * spacing * noise(&mut state);
+                *coordinate += JITTER * spacing * random.range(-1.0, 1.0);
             }
         }
         positions.push(DVec3::from_array(point));

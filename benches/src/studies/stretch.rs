@@ -10,9 +10,9 @@ use phyxel_integrate::{
 
 use crate::problems::block::{Block, lattice};
 use crate::problems::model::{Law, dissertation};
-use crate::problems::noise::noisy;
 use crate::report::{Cell, Plot, Report, Series, Table, columns, linear, log};
 use crate::{Effort, StudyError};
+use testkit::cloud::Random;
 
 /// Load steps to a stretch.
 const LOAD_STEPS: u32 = 7;
@@ -178,10 +178,10 @@ struct Stretched {
 /// A jittered unit cube of `cells`.
 fn cube(cells: u32) -> Result<Block, StudyError> {
     let (mut nodes, tetrahedra) = lattice([cells; 3], |s| s);
-    let mut state = 7;
+    let mut random = Random::new(7);
     let step = 1.0 / f64::from(cells);
     for x in &mut nodes {
-        let shift = noisy(&mut state, JITTER * step);
+        let shift = random.vector(JITTER * step);
         for axis in 0..3 {
             if (1e-9..1.0 - 1e-9).contains(&x[axis]) {
                 x[axis] += shift[axis];

@@ -5,7 +5,7 @@ use phyxel_enrich::{CutSettings, Cuts, Graph};
 
 use crate::StudyError;
 use crate::problems::block::{Block, lattice};
-use crate::problems::noise::noisy;
+use testkit::cloud::Random;
 
 /// A box of tetrahedra that is to be cut.
 #[derive(Debug, Clone)]
@@ -31,18 +31,16 @@ impl Plate {
         let size = (high - low) / DVec3::from_array(cells.map(f64::from));
         let (mut nodes, tetrahedra) = lattice(cells, |s| low + (high - low) * s);
         let n = cells.map(|c| c + 1);
-        let mut state = 0;
+        let mut random = Random::new(0);
         for (index, x) in (0_u32..).zip(&mut nodes) {
             let at = [index % n[0], index / n[0] % n[1], index / (n[0] * n[1])];
             if index % (n[0] * n[1]) == 0 {
-                state = if cells[2] == 1 {
-                    5
-                } else {
-                    5 + u64::from(at[2])
-                };
+                // Both layers of a slab alike.
+                let layer = if cells[2] == 1 { 0 } else { at[2] };
+                random = Random::new(5 + u64::from(layer));
             }
             let inside = |axis: usize| at[axis] > 0 && at[axis] < cells[axis];
-            let mut shift = noisy(&mut state, jitter);
+            let mut shift = random.vector(jitter);
             shift.z *= f64::from(u8::from(inside(2)));
             if inside(0) && inside(1) {
                 *x += shift * size;

@@ -4,9 +4,9 @@ use glam::{DMat3, DVec3};
 use phyxel_discretize::{Bounds, Primitive, Solid, sample_surfels, surface_mesh};
 use phyxel_splat::{Tissue, TissueSettings};
 
-use crate::problems::noise::noisy;
 use crate::report::{Cell, Table, columns, median_time};
 use crate::{Effort, StudyError};
+use testkit::cloud::Random;
 
 /// Solids with the longest edge of their surface mesh (m).
 fn bodies() -> Vec<(&'static str, Solid, f64)> {
@@ -41,11 +41,11 @@ fn bodies() -> Vec<(&'static str, Solid, f64)> {
 /// Points on three oblique planes through a solid's middle, in its bounds and a little outside.
 fn points(bounds: Bounds, count: usize) -> Vec<DVec3> {
     let (middle, half) = (0.5 * (bounds.min + bounds.max), 0.55 * bounds.size());
-    let mut state = 7;
+    let mut random = Random::new(7);
     (0..count)
         .map(|k| {
             let turn = DMat3::from_axis_angle(DVec3::ONE.normalize(), 0.4 + 2.1 * (k % 3) as f64);
-            let mut at = noisy(&mut state, 1.0);
+            let mut at = random.vector(1.0);
             at[k % 3] = 0.0;
             middle + (turn * at).clamp(DVec3::NEG_ONE, DVec3::ONE) * half
         })
