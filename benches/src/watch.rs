@@ -6,6 +6,7 @@ use std::time::Instant;
 use glam::DVec3;
 use phyxel::scene::{Rest, Scene};
 use phyxel::{Body, CutEnergy, Cutting, Member, World, WorldError};
+use phyxel_cli::cli::load;
 use phyxel_enrich::{SMALLEST_PART, connected_pieces};
 
 use crate::eigenvalue::largest_eigenvalue;
@@ -49,11 +50,13 @@ pub fn run_with(
 ) -> Row {
     scene.pictures = None;
     let begun = Instant::now();
-    let load = load_of(&scene);
     let outcome = World::new(scene).map(|mut world| {
+        let load = load(&world);
         let mut watch = Watch::new(&world, options);
         let outcome = watch.course(&mut world, &mut seen);
-        (watch.row(&world), outcome)
+        let mut row = watch.row(&world);
+        row.load = load;
+        (row, outcome)
     });
     let (mut row, error) = match outcome {
         Ok((row, Ok(()))) => (row, String::new()),
@@ -63,33 +66,8 @@ pub fn run_with(
     row.ended = error.is_empty();
     row.error = error;
     name.clone_into(&mut row.scene);
-    row.load = load;
     row.wall = begun.elapsed().as_secs_f64();
     row
-}
-
-/// `ρ g L / E` of the softest body of a scene, `L` its longest extent where that can be said without
-/// building it.
-fn load_of(scene: &Scene) -> f64 {
-    use phyxel::scene::Shape;
-    let gravity = scene.gravity.map_or(0.0, |g| g.acceleration.length());
-    let loads = scene.bodies.iter().map(|body| {
-        let length = match body.shape {
-            Shape::Liver { width } => width,
-            Shape::Box { size } => size.max_element(),
-            Shape::Ellipsoid { radii } => 2.0 * radii.max_element(),
-            Shape::Capsule { from, to, radius } => from.distance(to) + 2.0 * radius,
-            Shape::Tube {
-                from,
-                to,
-                outer_radius,
-                ..
-            } => from.distance(to).max(2.0 * outer_radius),
-            Shape::Mesh { .. } => f64::NAN,
-        };
-        body.material.density * gravity * length / body.material.youngs_modulus
-    });
-    loads.fold(f64::NAN, f64::max)
 }
 
 /// Energies (J) of a body between two steps.

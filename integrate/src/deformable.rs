@@ -50,7 +50,7 @@ pub struct DeformableSettings {
 }
 
 impl Default for DeformableSettings {
-    /// Penalty 2, no friction, learning 2e-4.
+    /// Penalty 2, no friction, and neither learning nor drag.
     fn default() -> Self {
         Self {
             penalty: 2.0,

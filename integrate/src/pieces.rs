@@ -40,15 +40,7 @@ impl RigidField {
         positions: &[DVec3],
         weighted: impl Fn(usize) -> DVec3,
     ) -> Self {
-        let inertia = Inertia::of(nodes.clone(), masses, positions);
-        let sum: DVec3 = nodes.clone().map(&weighted).sum();
-        let (a, mut moment) = (sum / inertia.mass, DVec3::ZERO);
-        for node in nodes {
-            let arm = positions[node] - inertia.center;
-            // Without the mean: arms that are round-off, as of a single node, would make a spin of it.
-            moment += arm.cross(weighted(node) - a * masses[node]);
-        }
-        inertia.field(sum, moment)
+        Inertia::of(nodes.clone(), masses, positions).motion(nodes, masses, positions, weighted)
     }
 }
 
@@ -83,6 +75,24 @@ impl Inertia {
             center,
             tensor,
         }
+    }
+
+    /// The field that has the sum of `weighted` over the nodes and its moment about their center of mass.
+    pub(crate) fn motion(
+        &self,
+        nodes: impl Iterator<Item = usize> + Clone,
+        masses: &[f64],
+        positions: &[DVec3],
+        weighted: impl Fn(usize) -> DVec3,
+    ) -> RigidField {
+        let sum: DVec3 = nodes.clone().map(&weighted).sum();
+        let (a, mut moment) = (sum / self.mass, DVec3::ZERO);
+        for node in nodes {
+            let arm = positions[node] - self.center;
+            // Without the mean: arms that are round-off, as of a single node, would make a spin of it.
+            moment += arm.cross(weighted(node) - a * masses[node]);
+        }
+        self.field(sum, moment)
     }
 
     /// The field of a mass-weighted sum and a moment about the center.

@@ -50,8 +50,8 @@ impl RigidMotions {
         let motion = |nodes: Vec<u32>| {
             let (masses, x) = (moved.masses, moved.positions);
             let momentum = |node: usize| moved.by[node] * masses[node];
-            let field = RigidField::with_moments_of(all(&nodes), masses, x, momentum);
             let inertia = Inertia::of(all(&nodes), masses, x);
+            let field = inertia.motion(all(&nodes), masses, x, momentum);
             (nodes, inertia, field)
         };
         Self {

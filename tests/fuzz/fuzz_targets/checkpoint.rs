@@ -6,19 +6,7 @@ use std::sync::OnceLock;
 use libfuzzer_sys::fuzz_target;
 use phyxel::{World, WorldState};
 
-const SCENE: &str = r#"(
-    version: 1,
-    name: "kept",
-    bodies: [(shape: Box(size: (0.06, 0.03, 0.04)), sampling: (target: Nodes(60)))],
-    supports: [(region: HalfSpace(point: (0, 0, 0.019), normal: (0, 0, 1)))],
-    tools: [(shape: Sphere(radius: 0.01), path: [(time: 0, position: (0.02, 0, -0.028))])],
-    cuts: [(
-        edge: [(0, 0, -0.03), (0, 0, 0.005)],
-        path: [(time: 0.0, position: (0, -0.02, 0)), (time: 0.005, position: (0, 0.02, 0))],
-        capture: Distance(0.02),
-    )],
-    integration: (duration: 0.006, settle: None),
-)"#;
+const SCENE: &str = include_str!("../../../sim/app/tests/attack/kept.ron");
 
 /// A body as built, and the bytes of its state when it has been cut.
 fn whole() -> &'static (World, Vec<u8>) {

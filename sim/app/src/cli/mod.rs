@@ -9,7 +9,7 @@ mod scenes;
 mod source;
 mod sweep;
 
-pub use check::run_time;
+pub use check::{load, run_time};
 
 use std::io::{self, Write};
 use std::process::ExitCode;

@@ -6,26 +6,7 @@ use crate::broken::broken;
 use crate::random::Random;
 use crate::watch;
 
-const SCENE: &str = r#"(
-    version: 1,
-    name: "kept",
-    bodies: [(
-        shape: Box(size: (0.06, 0.03, 0.04)),
-        sampling: (target: Nodes(100)),
-        material: (youngs_modulus: 2e4, poissons_ratio: 0.4, viscosity: [(ratio: 0.5, time: 0.01)]),
-        surfels: (target: Count(300)),
-    )],
-    supports: [(region: HalfSpace(point: (0, 0, 0.019), normal: (0, 0, 1)))],
-    tools: [(shape: Sphere(radius: 0.01), path: [(time: 0, position: (0.02, 0, -0.028))])],
-    cuts: [(
-        edge: [(0, 0, -0.03), (0, 0, 0.005)],
-        path: [(time: 0.0, position: (0, -0.02, 0)), (time: 0.005, position: (0, 0.02, 0))],
-        capture: Distance(0.01),
-    )],
-    integration: (duration: 0.006, settle: None),
-    observe: (input: true),
-    pictures: (width: 32, height: 32, rate: 200),
-)"#;
+const SCENE: &str = include_str!("kept.ron");
 
 const MAGIC: usize = b"phyxel checkpoint 5\n".len();
 
