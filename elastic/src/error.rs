@@ -1,14 +1,11 @@
 //! Errors of data handed to the crate.
-//!
-//! Written out: `thiserror` would take a tenth of the processor time to build the crate alone.
-
-use std::fmt;
 
 /// Why a model could not be built or updated.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ElasticError {
     /// A list of another length than the others ask for.
+    #[error("{found} {what} where {expected} are needed")]
     Length {
         /// Which list.
         what: &'static str,
@@ -18,6 +15,9 @@ pub enum ElasticError {
         expected: usize,
     },
     /// Row starts that are not such.
+    #[error(
+        "offset {value} at position {position} breaks the rule: start at 0, never fall, end at the number of pairs"
+    )]
     Offset {
         /// Position in the offsets.
         position: usize,
@@ -25,6 +25,7 @@ pub enum ElasticError {
         value: u32,
     },
     /// A number that must be finite is not.
+    #[error("{what} of node {node} is not finite")]
     NotFinite {
         /// Which input.
         what: &'static str,
@@ -32,6 +33,7 @@ pub enum ElasticError {
         node: usize,
     },
     /// A volume that must be positive is not.
+    #[error("volume of node {node} is {volume}; every node needs a positive volume")]
     NonPositiveVolume {
         /// Node that holds it.
         node: usize,
@@ -39,6 +41,9 @@ pub enum ElasticError {
         volume: f64,
     },
     /// A row of the graph is not sorted, repeats a neighbour, or names a node that is not there.
+    #[error(
+        "row of node {node} must list other nodes in ascending order; found {neighbor} out of order"
+    )]
     BadRow {
         /// Row's node.
         node: usize,
@@ -46,6 +51,10 @@ pub enum ElasticError {
         neighbor: usize,
     },
     /// Pair (i, j) has no (j, i), or its weight differs: hourglass stabilization needs symmetric pairs.
+    #[error(
+        "pair ({node}, {neighbor}) has no equal weight the other way round; make graph and weights \
+         symmetric, or both ends touched, or set stabilization to 0"
+    )]
     AsymmetricPair {
         /// First node.
         node: usize,
@@ -53,6 +62,10 @@ pub enum ElasticError {
         neighbor: usize,
     },
     /// A gradient row does not reproduce linear fields, not even on a plane or a line.
+    #[error(
+        "gradient row of node {node} misses linear consistency by {residual:.1e}: the sum of g_ij and \
+         g_ii must vanish, and that of X_ij g_ij^T be the identity or an orthogonal projector"
+    )]
     InconsistentRow {
         /// Row's node.
         node: usize,
@@ -60,6 +73,7 @@ pub enum ElasticError {
         residual: f64,
     },
     /// A material parameter out of its range.
+    #[error("material {material}: {parameter} is {value}, {allowed}")]
     BadMaterial {
         /// Index in the list of materials.
         material: usize,
@@ -71,11 +85,16 @@ pub enum ElasticError {
         allowed: &'static str,
     },
     /// A law without a volumetric part of its own cannot take part in mean dilatation.
+    #[error(
+        "material {material} is Saint Venant-Kirchhoff, which has no separate energy of the volume; \
+         choose another law or local dilatation"
+    )]
     NoVolumetricPart {
         /// Index in the list of materials.
         material: usize,
     },
     /// A node names a material that is not in the list.
+    #[error("node {node} names material {material}, but there are {count}")]
     UnknownMaterial {
         /// Node.
         node: usize,
@@ -85,59 +104,3 @@ pub enum ElasticError {
         count: usize,
     },
 }
-
-impl fmt::Display for ElasticError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Length {
-                what,
-                found,
-                expected,
-            } => write!(f, "{found} {what} where {expected} are needed"),
-            Self::Offset { position, value } => write!(
-                f,
-                "offset {value} at position {position} breaks the rule: start at 0, never fall, end at the number of pairs"
-            ),
-            Self::NotFinite { what, node } => write!(f, "{what} of node {node} is not finite"),
-            Self::NonPositiveVolume { node, volume } => write!(
-                f,
-                "volume of node {node} is {volume}; every node needs a positive volume"
-            ),
-            Self::BadRow { node, neighbor } => write!(
-                f,
-                "row of node {node} must list other nodes in ascending order; found {neighbor} out of order"
-            ),
-            Self::AsymmetricPair { node, neighbor } => write!(
-                f,
-                "pair ({node}, {neighbor}) has no equal weight the other way round; make graph and weights \
-                 symmetric, or both ends touched, or set stabilization to 0"
-            ),
-            Self::InconsistentRow { node, residual } => write!(
-                f,
-                "gradient row of node {node} misses linear consistency by {residual:.1e}: the sum of g_ij and \
-                 g_ii must vanish, and that of X_ij g_ij^T be the identity or an orthogonal projector"
-            ),
-            Self::BadMaterial {
-                material,
-                parameter,
-                value,
-                allowed,
-            } => write!(f, "material {material}: {parameter} is {value}, {allowed}"),
-            Self::NoVolumetricPart { material } => write!(
-                f,
-                "material {material} is Saint Venant-Kirchhoff, which has no separate energy of the volume; \
-                 choose another law or local dilatation"
-            ),
-            Self::UnknownMaterial {
-                node,
-                material,
-                count,
-            } => write!(
-                f,
-                "node {node} names material {material}, but there are {count}"
-            ),
-        }
-    }
-}
-
-impl std::error::Error for ElasticError {}

@@ -1,11 +1,12 @@
 //! Settings that are out of their bounds.
 
-use std::fmt::{self, Display};
+use std::fmt::Display;
 
 use glam::DVec3;
 
 /// A field of settings that is not as it must be.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{field} is {found}; {must}")]
 #[non_exhaustive]
 pub struct BadSetting {
     /// Path of the field from its settings on, such as `fiber.exponent`.
@@ -17,14 +18,6 @@ pub struct BadSetting {
     /// Fields that it does not go with; none where its value alone is out of bounds.
     pub with: &'static [&'static str],
 }
-
-impl Display for BadSetting {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} is {}; {}", self.field, self.found, self.must)
-    }
-}
-
-impl std::error::Error for BadSetting {}
 
 /// What was found so far.
 #[derive(Default)]
