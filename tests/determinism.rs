@@ -7,7 +7,7 @@ use phyxel::scene::Scene;
 use phyxel_cli::output::{Interrupt, read_checkpoint, read_input};
 use phyxel_cli::run::{CHECKPOINT, RunError, RunOptions, RunState, Summary, replay, resume, run};
 
-/// A block that hangs, is cut through and pushed while it settles into motion, and is drawn.
+/// A block that hangs, is cut through and pushed while it settles into motion, touches itself, and is drawn.
 const SCENE: &str = r#"(
     version: 1,
     name: "bits",
@@ -35,6 +35,7 @@ const SCENE: &str = r#"(
         ],
         friction: 0.5,
     )],
+    contact: (friction: 0.3),
     integration: (duration: 0.16, settle: Some((limit: 0.1))),
     observe: (input: true, state_rate: Some(50)),
     pictures: Some((width: 160, height: 90, rate: 20, animation: true)),
@@ -74,6 +75,7 @@ fn results(summary: &Summary, folder: &Path) -> Files {
     for name in [
         "history.csv",
         "tools.csv",
+        "contacts.csv",
         "input.csv",
         "animation.png",
         CHECKPOINT,

@@ -4,6 +4,7 @@ pub(crate) mod disks;
 mod drag;
 mod lists;
 mod press;
+mod sums;
 #[cfg(test)]
 mod tests;
 
@@ -13,6 +14,8 @@ use drag::RigidMotions;
 use glam::DVec3;
 use press::{Chunk, Touch};
 use rayon::prelude::*;
+pub use sums::DeformableForce;
+use sums::sum_of;
 
 /// Points that a task of the parallel loop takes.
 const CHUNK: usize = 64;
@@ -94,20 +97,6 @@ pub struct Moved<'a> {
     pub step: f64,
 }
 
-/// Sum over the pairs of one step.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[non_exhaustive]
-pub struct DeformableForce {
-    /// Sum of the normal forces' amounts (N).
-    pub normal: f64,
-    /// Sum of the frictional forces' amounts (N).
-    pub friction: f64,
-    /// Area (m²) under pressure, at rest.
-    pub area: f64,
-    /// Deepest gap (m), positive where surfaces penetrate.
-    pub penetration: f64,
-}
-
 /// Contact of all samples of some surfaces with each other.
 ///
 /// Every point `p` of area `a` meets disks `q`. With `ξ* = (TᵀT)⁻¹Tᵀ(x_p − x_q)`, its foot on the disk's plane, and the
@@ -137,6 +126,8 @@ pub struct DeformableContact {
     slots: Vec<u32>,
     amplification: f64,
     rebuilds: u64,
+    /// Sums of the last step.
+    between: Vec<DeformableForce>,
 }
 
 impl DeformableContact {
@@ -180,6 +171,7 @@ impl DeformableContact {
             slots: Vec::new(),
             amplification: 1.0,
             rebuilds: 0,
+            between: Vec::new(),
         };
         contact.set_disks(disks);
         contact
@@ -205,6 +197,7 @@ impl DeformableContact {
         let fits = state.offsets.len() == self.disks.len();
         assert!(fits, "a state of {} samples", self.disks.len());
         self.state = state;
+        self.between.clear();
         self.list_pairs();
     }
 
@@ -375,13 +368,13 @@ impl DeformableContact {
     ///
     /// # Panics
     /// If a slice is shorter than the samples' nodes require.
-    pub fn add_forces(&mut self, moved: &Moved<'_>, forces: &mut [DVec3]) -> DeformableForce {
+    pub fn add_forces(&mut self, moved: &Moved<'_>, forces: &mut [DVec3]) {
         let positions = moved.positions;
         self.update_lists(positions);
         self.state.energy = 0.0;
-        let mut total = DeformableForce::default();
+        self.between.clear();
         if self.points.is_empty() {
-            return total;
+            return;
         }
         let place = |&sample: &u32| self.disks.place(sample as usize, positions);
         let placed: Vec<Placed> = self
@@ -427,6 +420,9 @@ impl DeformableContact {
         for drag in drags() {
             state.dissipated += share * drag.taken;
             let slots = [drag.own, drag.disk.0];
+            let bodies =
+                slots.map(|slot| self.disks.samples[self.near[slot as usize] as usize].body);
+            sum_of(&mut self.between, bodies).push(bodies, drag.force * share);
             for ((piece, slot), side) in drag.pieces.into_iter().zip(slots).zip([1.0, -1.0]) {
                 let force = drag.force * (share * side);
                 if let Some(wrench) = wrenches.get_mut(piece as usize) {
@@ -461,17 +457,21 @@ impl DeformableContact {
                 state.energy += pressed.energy;
                 state.dissipated += pressed.dissipated;
                 state.offset_work += pressed.offset_work;
-                total.normal += pressed.sum.normal;
-                total.friction += pressed.sum.friction;
-                total.area += pressed.sum.area;
-                total.penetration = total.penetration.max(pressed.sum.penetration);
+            }
+            for part in &chunk.between {
+                let sum = sum_of(&mut self.between, part.bodies);
+                sum.force += part.force;
+                sum.normal += part.normal;
+                sum.friction += part.friction;
+                sum.area += part.area;
+                sum.penetration = sum.penetration.max(part.penetration);
             }
         }
+        self.between.sort_unstable_by_key(|sum| sum.bodies);
         for (&sample, load) in self.near.iter().zip(loads) {
             if load.0 != DVec3::ZERO || load.1 != [DVec3::ZERO; 2] {
                 self.disks.scatter(sample as usize, load, forces);
             }
         }
-        total
     }
 }

@@ -48,7 +48,6 @@ pub(crate) struct DeformableBodies {
     /// Number of each node's free piece.
     pieces: Vec<u32>,
     forces: Vec<DVec3>,
-    last: DeformableForce,
     /// Whether each body touches itself once it is cut.
     touch_themselves: Vec<bool>,
     /// How often pairs had been listed when the eigenvalue was bounded.
@@ -104,7 +103,6 @@ impl DeformableBodies {
             forces: vec![DVec3::ZERO; rest.len()],
             rest,
             masses,
-            last: DeformableForce::default(),
             touch_themselves: (0..index(members.len()))
                 .map(|body| touch(contact, name(body), name(body)))
                 .collect(),
@@ -279,7 +277,7 @@ impl DeformableBodies {
             pieces: &self.pieces,
             step,
         };
-        self.last = self.contact.add_forces(&moved, &mut self.forces);
+        self.contact.add_forces(&moved, &mut self.forces);
     }
 
     /// Adds the forces on a body's nodes.
@@ -303,8 +301,19 @@ impl DeformableBodies {
         self.contact.state()
     }
 
-    pub(crate) fn last(&self) -> &DeformableForce {
-        &self.last
+    pub(crate) fn between(&self) -> &[DeformableForce] {
+        self.contact.between()
+    }
+
+    /// Contact pressure (Pa) at each node of a body.
+    pub(crate) fn pressures(&self, members: &[Member], body: usize) -> Vec<f64> {
+        let positions = members.iter().map(|member| member.body.motion.positions());
+        let mut all = self
+            .contact
+            .pressures(&positions.collect::<Vec<_>>().concat());
+        all.drain(..self.first[body]);
+        all.truncate(members[body].body.rest.len());
+        all
     }
 
     pub(crate) fn fits(&self, state: &DeformableState) -> bool {
@@ -381,6 +390,12 @@ mod tests {
     use crate::World;
     use crate::scene::{BodyContact, Target, embedded};
 
+    /// Sum of the amounts of all normal forces (N).
+    fn normal(world: &World) -> f64 {
+        let (between, _) = world.body_contact().unwrap();
+        between.iter().map(|sum| sum.normal).sum()
+    }
+
     fn bytes(world: &World) -> Vec<u8> {
         postcard::to_stdvec(&world.state()).unwrap()
     }
@@ -404,7 +419,7 @@ mod tests {
         let mut pressed = 0.0_f64;
         for _ in 0..120 {
             world.step().unwrap();
-            pressed = pressed.max(world.body_contact().unwrap().0.normal);
+            pressed = pressed.max(normal(&world));
         }
         let contact = world.deformable.as_ref().unwrap();
         assert!(contact.samples[0].len() > outer + 20, "flanks have samples");
@@ -435,10 +450,15 @@ mod tests {
         let (mut deepest, mut push, mut time) = (0.0_f64, 0.0, 0.0);
         world
             .play(0.3, |world| {
-                let sum = world.body_contact().unwrap().0;
-                deepest = deepest.max(sum.penetration);
+                let (between, _) = world.body_contact().unwrap();
+                for sum in between {
+                    assert_eq!(sum.bodies, [0, 1], "uncut bodies do not touch themselves");
+                    deepest = deepest.max(sum.penetration);
+                    if world.time() > 0.1 {
+                        push -= sum.force.z * world.step_size();
+                    }
+                }
                 if world.time() > 0.1 {
-                    push += sum.normal * world.step_size();
                     time += world.step_size();
                 }
             })
@@ -448,6 +468,23 @@ mod tests {
         let weight = world.members[1].body.initial.mass * 9.81;
         let mean = push / time / weight;
         assert!((mean - 1.0).abs() < 0.2, "it bears {mean} of its weight");
+        let pressures = world.contact_pressures(1).unwrap();
+        let body = &world.members[1].body;
+        let mean = |below: bool| {
+            let nodes = body.rest.iter().zip(&pressures);
+            let nodes: Vec<f64> = nodes
+                .filter(|(x, _)| (x.z < 0.04) == below)
+                .map(|(_, p)| *p)
+                .collect();
+            nodes.iter().sum::<f64>() / nodes.len() as f64
+        };
+        let expected = weight / (0.06 * 0.05);
+        assert!(
+            mean(true) > 0.2 * expected && mean(true) < 2.0 * expected,
+            "{} Pa",
+            mean(true)
+        );
+        assert!(mean(false) == 0.0, "nothing presses from above");
         let (_, state) = world.body_contact().unwrap();
         assert!(state.dissipated >= 0.0 && state.energy > 0.0, "{state:?}");
         assert!(world.retaken().unbalanced == 0, "{:?}", world.retaken());

@@ -362,12 +362,23 @@ impl World {
         forces.collect()
     }
 
-    /// Contact of the bodies with each other and of their flanks at the end of the last step, and its sums of energy;
-    /// `None` unless the scene asks for it.
+    /// Contact at the end of the last step between any two bodies that are near each other, and of each with itself from
+    /// its first cut on; and its sums of energy. `None` unless the scene asks for it.
     #[must_use]
-    pub fn body_contact(&self) -> Option<(&DeformableForce, &DeformableState)> {
+    pub fn body_contact(&self) -> Option<(&[DeformableForce], &DeformableState)> {
         let contact = self.deformable.as_ref();
-        contact.map(|contact| (contact.last(), contact.state()))
+        contact.map(|contact| (contact.between(), contact.state()))
+    }
+
+    /// Pressure (Pa) of bodies and flanks at each node of a body ([`phyxel_integrate::DeformableContact::pressures`]);
+    /// `None` unless the scene asks for their contact.
+    ///
+    /// # Panics
+    /// If there is no such body.
+    #[must_use]
+    pub fn contact_pressures(&self, body: usize) -> Option<Vec<f64>> {
+        let contact = self.deformable.as_ref();
+        contact.map(|contact| contact.pressures(&self.members, body))
     }
 
     /// Takes one step: blades first, then motion with the tools.

@@ -275,7 +275,7 @@ fn bars(size: u32, rows: &mut Vec<Row>) -> Result<(), StudyError> {
     world.play(0.04, |world| {
         let pressed = world
             .body_contact()
-            .is_some_and(|(sum, _)| sum.normal > least);
+            .is_some_and(|(between, _)| between.iter().any(|sum| sum.normal > least));
         if pressed {
             first = first.min(world.time());
             last = last.max(world.time());

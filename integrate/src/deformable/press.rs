@@ -2,7 +2,8 @@
 
 use super::disks::{Placed, REACH};
 use super::drag::{Drag, RigidMotions};
-use super::{DEEPEST, DeformableContact, DeformableForce, FACING, MOST_LEARNING, Moved};
+use super::sums::{DeformableForce, sum_of};
+use super::{DEEPEST, DeformableContact, FACING, MOST_LEARNING, Moved};
 use glam::DVec3;
 
 /// How fast an offset is forgotten, over how fast it learns: pressure ends at that of a penalty `1 + 1/LEAK` times as
@@ -27,6 +28,7 @@ pub(super) struct Chunk {
     pub(super) touches: Vec<Touch>,
     pub(super) points: Vec<Pressed>,
     pub(super) drags: Vec<Drag>,
+    pub(super) between: Vec<DeformableForce>,
 }
 
 /// What became of a point.
@@ -39,7 +41,6 @@ pub(super) struct Pressed {
     pub(super) energy: f64,
     pub(super) dissipated: f64,
     pub(super) offset_work: f64,
-    pub(super) sum: DeformableForce,
 }
 
 /// A pair in reach.
@@ -127,7 +128,6 @@ impl DeformableContact {
             energy: 0.0,
             dissipated: 0.0,
             offset_work: 0.0,
-            sum: DeformableForce::default(),
         };
         if pairs.is_empty() {
             chunk.points.push(pressed);
@@ -173,9 +173,11 @@ impl DeformableContact {
             let stored = energy(pair, offset);
             pressed.energy += share * stored;
             pressed.offset_work += share * (energy(pair, pressed.offset) - stored);
-            pressed.sum.penetration = pressed.sum.penetration.max(-pair.gap);
+            let other = self.disks.samples[self.near[pair.slot as usize] as usize].body;
+            let between = sum_of(&mut chunk.between, [at.body, other]);
+            between.penetration = between.penetration.max(-pair.gap);
             if deep > 0.0 {
-                pressed.sum.area += 0.5 * at.area * share;
+                between.area += 0.5 * at.area * share;
             }
             // −∂E/∂ξ: of the weight alone, as gaps do not depend on where the foot is.
             let per_weight = (stored - if norm > LEAST { mean } else { 0.0 }) / norm;
@@ -190,6 +192,9 @@ impl DeformableContact {
             let [a, b] = q.solve(along);
             let force = q.n * normal_force + q.t[0] * a + q.t[1] * b;
             pressed.force += force;
+            between.normal += normal_force;
+            between.friction += tangential * traction.length();
+            between.push([at.body, other], force);
             let turn = q.n * pair.raw;
             let moments = [turn * a - force * pair.xi[0], turn * b - force * pair.xi[1]];
             chunk.touches.push(Touch {
@@ -197,7 +202,6 @@ impl DeformableContact {
                 load: (-force, moments),
             });
         }
-        pressed.sum.normal = normal;
         if self.settings.drag > 0.0 && normal > 0.0 {
             self.drag(
                 &pressed,
@@ -285,7 +289,6 @@ impl DeformableContact {
         pressed.slip = slip.map(|x| x * share);
         pressed.energy += 0.5 * stiffness * held * held;
         pressed.dissipated += limit * (length - held);
-        pressed.sum.friction = stiffness * held;
         let spring = (first * pressed.slip[0] + second * pressed.slip[1]) * -stiffness;
         (spring, normal - stiffness * held / self.settings.friction)
     }

@@ -98,8 +98,13 @@ fn evaluate(
     moved: &[DVec3],
 ) -> (DeformableForce, Vec<DVec3>, DeformableState) {
     let (mut contact, mut forces) = (contact.clone(), zeros(x));
-    let sum = contact.add_forces(&by(x, moved), &mut forces);
-    (sum, forces, contact.state)
+    contact.add_forces(&by(x, moved), &mut forces);
+    (sum(&contact), forces, contact.state)
+}
+
+/// Between the two bodies.
+fn sum(contact: &DeformableContact) -> DeformableForce {
+    contact.between().first().copied().unwrap_or_default()
 }
 
 /// A step of 1 s in which no piece is free.
@@ -128,7 +133,8 @@ fn nothing_pushes_at_rest_or_where_bodies_begin_within_each_other() {
             }
         }
         let mut forces = zeros(&x);
-        let sum = contact.add_forces(&by(&x, &zeros(&x)), &mut forces);
+        contact.add_forces(&by(&x, &zeros(&x)), &mut forces);
+        let sum = sum(&contact);
         assert!(sum.normal < 1e-14, "{sum:?}");
         assert!(forces.iter().all(|f| f.length() < 1e-14), "no push");
         assert!((sum.penetration - down).abs() < 1e-12, "{sum:?}");
@@ -210,6 +216,13 @@ fn pressure_is_that_of_the_penalty_and_the_offset_closes_the_gap() {
         (lower.z / (-2.0 * 25.0 * 0.01) - 1.0).abs() < 0.05,
         "{lower}"
     );
+    let pressures = contact.pressures(&x);
+    let amid = |x: &&DVec3| (x.x - 2.0).abs().max((x.y - 2.0).abs()) < 1.1;
+    for (x, p) in x.iter().zip(&pressures).filter(|(x, _)| amid(x)) {
+        // Samples see the first layer, and of the second what is near.
+        let expected = if x.z.abs() < 1.0 { 0.02 } else { *p };
+        assert!((p - expected).abs() < 1e-3 && *p < 0.021, "{p} Pa at {x}");
+    }
     for _ in 0..99 {
         contact.add_forces(&by(&x, &zeros(&x)), &mut zeros(&x));
     }
@@ -239,9 +252,10 @@ fn friction_stays_within_its_cone() {
         let moved = shift(x, shifted);
         let mut forces = zeros(x);
         let before = contact.state.dissipated;
-        let sum = contact.add_forces(&by(x, &moved), &mut forces);
+        contact.add_forces(&by(x, &moved), &mut forces);
         assert!(contact.state.dissipated >= before, "never gives");
-        let lower: DVec3 = forces[..all / 2].iter().sum();
+        let (lower, sum) = (forces[..all / 2].iter().sum::<DVec3>(), sum(&contact));
+        assert!((sum.force - lower).length() < 1e-12, "{sum:?} {lower}");
         (lower, sum, contact.state.dissipated)
     };
     step(&mut x, DVec3::Z * -0.01);
@@ -277,8 +291,8 @@ fn serial_and_parallel_are_the_same() {
             .build()
             .unwrap();
         let (mut contact, mut forces) = (contact.clone(), zeros(&x));
-        let sum = pool.install(|| contact.add_forces(&by(&x, &moved), &mut forces));
-        (forces, sum, contact.state)
+        pool.install(|| contact.add_forces(&by(&x, &moved), &mut forces));
+        (forces, sum(&contact), contact.state)
     };
     assert_eq!(run(1), run(3));
 }
@@ -319,13 +333,15 @@ fn what_lies_on_something_is_damped() {
         let (mut still, mut dragged) = (contact.clone(), contact.clone());
         still.set_rates(0.0, 0.0);
         still.add_forces(&step, &mut without);
-        let sum = dragged.add_forces(&step, &mut forces);
+        dragged.add_forces(&step, &mut forces);
+        let told = sum(&dragged).force - sum(&still).force;
         let lost = dragged.state.dissipated - still.state.dissipated;
         let drag: Vec<DVec3> = forces.iter().zip(&without).map(|(a, b)| *a - *b).collect();
         let power: f64 = drag.iter().zip(&moves).map(|(f, d)| f.dot(*d)).sum();
         assert!((power + lost).abs() < 1e-6 * lost + 1e-15, "{power} {lost}");
         let upper: DVec3 = drag[all / 2..].iter().sum();
-        (drag, upper, sum.normal)
+        assert!((told + upper).length() < 1e-12, "{told} {upper}");
+        (drag, upper, sum(&dragged).normal)
     };
     let (drag, upper, normal) = press(DVec3::Z * -1e-4, 0.0, u32::MAX);
     let expected = 0.1 * normal * 0.1;

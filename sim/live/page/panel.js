@@ -253,6 +253,7 @@ export class Panel {
       ["Blade path", `${(100 * s.path[0]).toFixed(1)} cm`],
       ["Probe path", `${(100 * s.path[1]).toFixed(1)} cm`],
       ["Peak force", `${s.peak[0].toFixed(2)} · ${s.peak[1].toFixed(2)} N`],
+      ...(s.contact === null ? [] : [["Contact of bodies", `${s.contact.toFixed(2)} N`]]),
     ];
     get("figures").replaceChildren(...rows.flatMap(([name, value, kind]) => {
       const [dt, dd] = [document.createElement("dt"), document.createElement("dd")];

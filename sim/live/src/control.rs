@@ -211,6 +211,8 @@ pub struct Stats {
     pub path: [f64; 3],
     /// Largest force (N) on a tool and on the grip.
     pub peak: [f64; 2],
+    /// Sum (N) of the normal forces of bodies on each other and of their flanks, where the scene has their contact.
+    pub contact: Option<f64>,
     /// Energy balance over its scale: 0 for an exact solution.
     pub balance: f64,
     /// Gravity (m/s²), damping (1/s), Young's modulus (Pa).

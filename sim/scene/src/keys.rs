@@ -77,7 +77,7 @@ What goes beyond them is refused with the key and a remedy, before memory is tak
 | surfels of a body, and by `cut_density` on the area of its surface | 4,000,000; 1 kB each |
 | `surfels.nodes`, `.spacing` range | 1 to 64, 1 to 100 |
 | captures of a cut | 100,000 |
-| rows of `history.csv`, of `tools.csv` | 10,000,000 each |
+| rows of `history.csv`, of `tools.csv` and `contacts.csv` for a tool or two bodies | 10,000,000 each |
 | frames, states | 100,000 each |
 | a frame | 16 pixels a side to 67,108,864 in all; 32 bytes for each of its samples |
 | name of a scene | 100 bytes, as a folder may have it |

@@ -141,7 +141,7 @@ fn observe(checks: &mut Checks, scene: &Scene) {
 
 /// Most bodies: pictures number two surfaces of each in 16 bits.
 const MOST_BODIES: usize = 32_767;
-/// Most rows of `history.csv` and of `tools.csv`.
+/// Most rows of `history.csv`, and of `tools.csv` for a tool.
 const MOST_ROWS: f64 = 1e7;
 /// Most frames of a run.
 const MOST_FRAMES: f64 = 1e5;

@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-/// How bodies touch each other and themselves: their surfaces and the flanks of their cuts.
+/// How bodies touch each other and themselves: their surfaces and the flanks of their cuts. `contacts.csv` has their
+/// forces, states in VTK the pressure at nodes.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]

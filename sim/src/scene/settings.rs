@@ -81,10 +81,10 @@ pub enum Rest {
 pub struct Observe {
     /// Rows of `history.csv` per simulated second (1/s).
     pub history_rate: f64,
-    /// Rows of `tools.csv` per simulated second (1/s): the contact's forces on the tools, as a haptic
-    /// device would be sent them.
+    /// Rows of `tools.csv` and `contacts.csv` per simulated second (1/s): forces on the tools, as a haptic device would
+    /// be sent them; with the key `contact`, of bodies on each other, a row for two that are near.
     pub force_rate: f64,
-    /// States per simulated second (1/s) after settling in the folder `states`: nodes with stress as
+    /// States per simulated second (1/s) after settling in the folder `states`: nodes with stress and contact pressure as
     /// VTK with a list of times (`.vtk.series`), surfels as PLY where the scene has pictures. The last state is
     /// always written.
     pub state_rate: Option<f64>,

@@ -169,6 +169,8 @@ pub(super) fn stats_of(session: &Session, surfels: usize) -> Stats {
         undo,
         path: score.path,
         peak: score.peak,
+        contact: (world.body_contact())
+            .map(|(between, _)| between.iter().map(|sum| sum.normal).sum()),
         balance: balance / scale,
         values: values_of(session),
         ..Stats::default()

@@ -43,10 +43,10 @@ pub(super) fn of(
         tools: tool_summaries(world, records),
         warnings: warnings(world, records),
         cuts: (!scene.cuts.is_empty()).then(|| cut_summary(world)),
-        contact: world.body_contact().map(|(sum, state)| ContactSummary {
-            force: sum.normal,
-            area: sum.area,
-            penetration: sum.penetration,
+        contact: world.body_contact().map(|(between, state)| ContactSummary {
+            force: between.iter().map(|sum| sum.normal).sum(),
+            area: between.iter().map(|sum| sum.area).sum(),
+            penetration: (between.iter().map(|sum| sum.penetration)).fold(0.0, f64::max),
             energy: state.energy,
             dissipated: state.dissipated,
             offset_work: state.offset_work,
@@ -150,7 +150,7 @@ fn warnings(world: &World, records: &Records) -> Vec<String> {
     let mut warnings = world.warnings();
     warnings.extend(world.vain_cuts());
     warnings.extend(doubts(world));
-    let largest = records.forces.iter().flat_map(|forces| forces.largest());
+    let largest = records.forces.largest();
     let tools = world.scene().tools.iter().zip(largest);
     let tools = tools.zip(world.tool_forces()).enumerate();
     // A fast one may have touched within a step alone.
@@ -245,7 +245,7 @@ fn stepping_summary(world: &World, course: &Course) -> SteppingSummary {
 }
 
 fn tool_summaries(world: &World, records: &Records) -> Vec<ToolSummary> {
-    let largest = records.forces.iter().flat_map(|forces| forces.largest());
+    let largest = records.forces.largest();
     let tools = world.scene().tools.iter().zip(world.tool_forces());
     tools
         .zip(largest)

@@ -76,7 +76,7 @@ impl History {
                 now.largest_speed,
             ];
             self.series
-                .row(world, &body.name, &numbers, &[severed.to_string()]);
+                .row(world, &[&body.name], &numbers, &[severed.to_string()]);
         }
     }
 

@@ -213,7 +213,8 @@ fn clean(folder: &OutputFolder, world: &World, also: &[&str]) -> Result<(), Outp
     let names = [
         "summary.json",
         "history.csv",
-        forces::FILE,
+        forces::FILES[0],
+        forces::FILES[1],
         movie::ANIMATION,
         CHECKPOINT,
     ];
@@ -231,7 +232,7 @@ fn clean(folder: &OutputFolder, world: &World, also: &[&str]) -> Result<(), Outp
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Records {
     history: History,
-    forces: Option<Forces>,
+    forces: Forces,
     states: States,
 }
 
@@ -256,19 +257,14 @@ impl Records {
         if end || self.is_due(world) {
             self.history.record(world, observe.history_rate);
         }
-        if let Some(forces) = &mut self.forces {
-            forces.record(world, observe.force_rate);
-        }
+        self.forces.record(world, observe.force_rate);
     }
 
     /// Writes the files; their names.
     fn write(&self, folder: &OutputFolder, world: &World) -> Result<Vec<String>, OutputError> {
         let mut names = vec!["history.csv".to_owned()];
         self.history.write(folder)?;
-        if let Some(forces) = &self.forces {
-            forces.write(folder)?;
-            names.push(forces::FILE.to_owned());
-        }
+        names.extend(self.forces.write(folder)?);
         if let Some(inputs) = world.record() {
             folder.write("input.csv", &input_csv(world.scene(), inputs))?;
             names.push("input.csv".to_owned());

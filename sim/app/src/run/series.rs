@@ -31,10 +31,11 @@ impl Series {
         self.next = (time * rate * (1.0 + 1e-12)).floor() + 1.0;
     }
 
-    /// A row: times, a name, numbers and more.
-    pub(super) fn row(&mut self, world: &World, name: &str, numbers: &[f64], more: &[String]) {
+    /// A row: times, names, numbers and more.
+    pub(super) fn row(&mut self, world: &World, names: &[&str], numbers: &[f64], more: &[String]) {
         let scene_time = world.scene_time().map_or(String::new(), |t| t.to_string());
-        let mut fields = vec![world.time().to_string(), scene_time, name.to_owned()];
+        let mut fields = vec![world.time().to_string(), scene_time];
+        fields.extend(names.iter().map(|name| (*name).to_owned()));
         fields.extend(numbers.iter().map(|number| format!("{number:e}")));
         fields.extend_from_slice(more);
         self.text.push_str(&csv_row(&fields));

@@ -138,7 +138,11 @@ fn write(
             names.push(name);
             Ok(())
         };
-        keep(format!("{}.vtk", name(body)), &vtk(body))?;
+        let pressures = world.contact_pressures(index);
+        keep(
+            format!("{}.vtk", name(body)),
+            &vtk(body, pressures.as_deref()),
+        )?;
         if let Some(painter) = &painter {
             let (positions, normals, areas) = painter.surfels(index);
             let surfels = SurfaceSamples {
@@ -152,16 +156,19 @@ fn write(
     Ok(names)
 }
 
-fn vtk(body: &Body) -> Vec<u8> {
+fn vtk(body: &Body, pressures: Option<&[f64]>) -> Vec<u8> {
     let stress: Vec<f64> = (0..body.rest.len())
         .map(|node| von_mises_stress(body.elastic.cauchy_stress(node)))
         .collect();
-    let fields = [
+    let mut fields = vec![
         ("rest_position_m", Field::Vectors(&body.rest)),
         ("velocity_m_s", Field::Vectors(body.motion.velocities())),
         ("volume_m3", Field::Scalars(&body.volumes)),
         ("von_mises_stress_Pa", Field::Scalars(&stress)),
     ];
+    if let Some(pressures) = pressures {
+        fields.push(("contact_pressure_Pa", Field::Scalars(pressures)));
+    }
     let positions = &body.smoothed_positions();
     if body.tetrahedra.is_empty() {
         vtk_points(positions, &fields)

@@ -181,3 +181,60 @@ fn regions_without_nodes_and_nodes_of_two_supports_are_told() {
         assert!(check.stdout.contains(told), "{check:?}");
     }
 }
+
+/// Forces between bodies stand at the times of those on tools; a scene without the key has neither them nor pressures.
+#[test]
+fn forces_between_bodies_are_told() {
+    let sandbox = Sandbox::empty();
+    let args = "run stack --out o --set pictures=None --set integration.duration=0.25 --set bodies[0].sampling.target=Nodes(150) \
+                --set bodies[1].sampling.target=Nodes(150)";
+    let run = sandbox.run(&args.split_whitespace().collect::<Vec<_>>());
+    assert_eq!(run.status, 0, "{run:?}");
+    let read = |name: &str| {
+        let bytes = std::fs::read(sandbox.path().join("o").join(name)).unwrap();
+        String::from_utf8_lossy(&bytes).into_owned()
+    };
+    let rows = |name: &str| -> Vec<Vec<String>> {
+        let text = read(name);
+        let mut reader = csv::Reader::from_reader(text.as_bytes());
+        let rows = reader
+            .records()
+            .map(|row| row.unwrap().iter().map(str::to_owned).collect());
+        rows.collect()
+    };
+    let (tools, between) = (rows("tools.csv"), rows("contacts.csv"));
+    let times: Vec<&str> = tools.iter().map(|row| &*row[0]).collect();
+    assert!(
+        between.iter().all(|row| times.contains(&&*row[0])),
+        "at the same times"
+    );
+    assert!(
+        between.iter().all(|row| row[2..4] == ["lower", "upper"]),
+        "{:?}",
+        between[0]
+    );
+    let number = |row: &[String], k: usize| row[k].parse::<f64>().unwrap();
+    let late: Vec<f64> = between
+        .iter()
+        .filter(|row| number(row, 0) > 0.1)
+        .map(|row| number(row, 6))
+        .collect();
+    let mean = late.iter().sum::<f64>() / late.len() as f64;
+    let weight = 0.06 * 0.05 * 0.03 * 1000.0 * 9.81;
+    assert!(
+        (mean / -weight - 1.0).abs() < 0.2,
+        "{mean} N on the lower one"
+    );
+    assert!(read("final-lower.vtk").contains("contact_pressure_Pa"));
+    let run = sandbox.run(
+        &(args.to_owned() + " --set contact=None")
+            .split_whitespace()
+            .collect::<Vec<_>>(),
+    );
+    assert_eq!(run.status, 0, "{run:?}");
+    assert!(
+        !sandbox.path().join("o/contacts.csv").exists(),
+        "that of the earlier run is gone"
+    );
+    assert!(!read("final-lower.vtk").contains("contact_pressure_Pa"));
+}
