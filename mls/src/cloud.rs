@@ -1,11 +1,11 @@
 //! A cloud that can be asked anywhere.
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use crate::basis::{Basis, Dimension, Order};
 use crate::error::{CloudError, ShapeError};
 use crate::kernel::Kernel;
+use crate::parallel::map_with;
 use crate::search::{BallTree, NearestSettings, check, k_nearest, positive};
 use crate::shape::{Approximation, ShapeScratch};
 
@@ -255,11 +255,9 @@ impl Cloud {
         points: &[DVec3],
         answer: impl Fn(DVec3, &mut Scratch) -> T + Sync,
     ) -> Vec<T> {
-        points
-            .par_iter()
-            .with_min_len(QUERIES_PER_TASK)
-            .map_init(Scratch::default, |scratch, &x| answer(x, scratch))
-            .collect()
+        map_with(points.len(), QUERIES_PER_TASK, |scratch, at| {
+            answer(points[at], scratch)
+        })
     }
 
     fn check_field(&self, field: &[f64]) {

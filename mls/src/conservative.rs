@@ -18,11 +18,10 @@ mod pieces;
 mod tests;
 
 use glam::{DMat3, DVec3};
-use rayon::prelude::*;
 
 use crate::error::StencilError;
 use crate::neighborhoods::Neighborhoods;
-use crate::parallel::{ROWS_PER_TASK, fill_rows};
+use crate::parallel::{ROWS_PER_TASK, fill_rows, map};
 use crate::stencil::{
     GradientStencils, SolveReport, StencilRank, checked_weights, correction, moments,
 };
@@ -182,8 +181,7 @@ impl Setup<'_> {
                 inverse,
             )
         };
-        let rows = (0..self.volumes.len()).into_par_iter();
-        rows.with_min_len(ROWS_PER_TASK).map(row).collect()
+        map(self.volumes.len(), ROWS_PER_TASK, row)
     }
 
     /// `g_ij` by the sum of `g0_ij` and its correction, shape `(pairs)`.
@@ -210,22 +208,18 @@ impl Setup<'_> {
     fn defect(&self, boundary_vectors: &[DVec3], multipliers: &[DVec3]) -> Vec<DVec3> {
         let gradients = self.gradients(multipliers);
         let indices = self.neighborhoods.indices();
-        (0..self.volumes.len())
-            .into_par_iter()
-            .with_min_len(ROWS_PER_TASK)
-            .map(|j| {
-                let pairs = self.neighborhoods.pairs(j);
-                let own = gradients[pairs.clone()]
-                    .iter()
-                    .fold(DVec3::ZERO, |own, g| own - *g);
-                let mut sum = boundary_vectors[j] - own * self.volumes[j];
-                for pair in pairs {
-                    let back = self.reverse[pair] as usize;
-                    sum -= gradients[back] * self.volumes[indices[pair] as usize];
-                }
-                sum
-            })
-            .collect()
+        map(self.volumes.len(), ROWS_PER_TASK, |j| {
+            let pairs = self.neighborhoods.pairs(j);
+            let own = gradients[pairs.clone()]
+                .iter()
+                .fold(DVec3::ZERO, |own, g| own - *g);
+            let mut sum = boundary_vectors[j] - own * self.volumes[j];
+            for pair in pairs {
+                let back = self.reverse[pair] as usize;
+                sum -= gradients[back] * self.volumes[indices[pair] as usize];
+            }
+            sum
+        })
     }
 
     /// Makes `b` attainable on every connected piece and solves `Σ_i V_i g_ij = b_j` for μ.

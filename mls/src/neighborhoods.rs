@@ -2,10 +2,8 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
-
 use crate::error::GraphError;
-use crate::parallel::{ROWS_PER_TASK, to_u32};
+use crate::parallel::{ROWS_PER_TASK, map, to_u32};
 
 /// Neighbours of every node in compressed sparse rows.
 ///
@@ -250,15 +248,10 @@ impl Neighborhoods {
                 *position += 1;
             }
         }
-        let rows: Vec<Vec<u32>> = (0..count)
-            .into_par_iter()
-            .with_min_len(ROWS_PER_TASK)
-            .map(|node| {
-                let back = &sources[incoming[node] as usize..incoming[node + 1] as usize];
-                merge(self.row(node), back)
-            })
-            .collect();
-        Self::from_rows(rows)
+        Self::from_rows(map(count, ROWS_PER_TASK, |node| {
+            let back = &sources[incoming[node] as usize..incoming[node + 1] as usize];
+            merge(self.row(node), back)
+        }))
     }
 
     /// Adds the neighbours' neighbours to the rows of some nodes, both ways, so that a symmetric

@@ -3,6 +3,8 @@
 //! Loops over nodes write disjoint outputs; sums run over chunks of a fixed length that are added
 //! in order, so that one thread and many give bitwise identical results.
 
+use std::sync::{Mutex, PoisonError};
+
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -13,6 +15,70 @@ pub(crate) const SUM_CHUNK: usize = 1024;
 
 /// Fewest rows given to one task; below this, starting a task costs more than it saves.
 pub(crate) const ROWS_PER_TASK: usize = 256;
+
+/// Hands the numbered parts of something to the threads of the pool. Each takes the next part when it has done one, every
+/// other thread from behind: two threads meet the same parts in every pass.
+///
+/// What rayon makes of an iterator is some 3,000 lines of code for the compiler, so it is made once, for the threads.
+pub(crate) fn share_out<T>(
+    parts: impl DoubleEndedIterator<Item = T> + ExactSizeIterator + Send,
+    work: impl Fn(usize, T) + Sync,
+) {
+    let several = parts.len() > 1 && rayon::current_num_threads() > 1;
+    let mut parts = parts.enumerate();
+    if !several {
+        return parts.for_each(|(number, part)| work(number, part));
+    }
+    let parts = Mutex::new(&mut parts);
+    on_each_thread(&|| {
+        let behind = rayon::current_thread_index().is_some_and(|thread| thread % 2 == 1);
+        loop {
+            let mut left = parts.lock().unwrap_or_else(PoisonError::into_inner);
+            let next = if behind {
+                left.next_back()
+            } else {
+                left.next()
+            };
+            drop(left);
+            let Some((number, part)) = next else { break };
+            work(number, part);
+        }
+    });
+}
+
+fn on_each_thread(run: &(dyn Fn() + Sync)) {
+    let threads = (0..rayon::current_num_threads()).into_par_iter();
+    threads.with_max_len(1).for_each(|_| run());
+}
+
+/// `answer(i)` for `i` in `0..count`, in order; `per_task` of them are one task.
+pub(crate) fn map<T: Send>(
+    count: usize,
+    per_task: usize,
+    answer: impl Fn(usize) -> T + Sync,
+) -> Vec<T> {
+    map_with(count, per_task, |(): &mut (), i| answer(i))
+}
+
+/// [`map`] with memory that a task makes once.
+pub(crate) fn map_with<T: Send, S: Default>(
+    count: usize,
+    per_task: usize,
+    answer: impl Fn(&mut S, usize) -> T + Sync,
+) -> Vec<T> {
+    let mut parts: Vec<Vec<T>> = Vec::new();
+    parts.resize_with(count.div_ceil(per_task), Vec::new);
+    share_out(parts.iter_mut(), |part, out| {
+        let mut scratch = S::default();
+        let first = part * per_task;
+        out.extend((first..(first + per_task).min(count)).map(|i| answer(&mut scratch, i)));
+    });
+    let mut all = Vec::with_capacity(count);
+    for part in &mut parts {
+        all.append(part);
+    }
+    all
+}
 
 /// Runs `fill(node, slots of its pairs)` for all nodes in parallel.
 pub(crate) fn fill_rows<T: Send>(
@@ -29,7 +95,7 @@ pub(crate) fn fill_rows<T: Send>(
         tasks.push((nodes, start, head));
         slots = tail;
     }
-    tasks.into_par_iter().for_each(|(nodes, start, slots)| {
+    share_out(tasks.into_iter(), |_, (nodes, start, slots)| {
         for node in nodes {
             let pairs = neighborhoods.pairs(node);
             fill(node, &mut slots[pairs.start - start..pairs.end - start]);
@@ -39,19 +105,20 @@ pub(crate) fn fill_rows<T: Send>(
 
 /// Sum of `term(i)` for `i` in `0..count`, in a fixed order.
 pub(crate) fn ordered_sum(count: usize, term: impl Fn(usize) -> DVec3 + Sync) -> DVec3 {
-    let partial = |chunk: usize| {
+    let partial = |chunk: usize, sum: &mut DVec3| {
         let first = chunk * SUM_CHUNK;
-        let mut sum = DVec3::ZERO;
         for i in first..(first + SUM_CHUNK).min(count) {
-            sum += term(i);
+            *sum += term(i);
         }
-        sum
     };
-    let chunks = count.div_ceil(SUM_CHUNK);
-    if chunks < 4 {
-        return (0..chunks).fold(DVec3::ZERO, |sum, chunk| sum + partial(chunk));
+    let mut partials = vec![DVec3::ZERO; count.div_ceil(SUM_CHUNK)];
+    if partials.len() < 4 {
+        (0..)
+            .zip(&mut partials)
+            .for_each(|(chunk, sum)| partial(chunk, sum));
+    } else {
+        share_out(partials.iter_mut(), partial);
     }
-    let partials: Vec<DVec3> = (0..chunks).into_par_iter().map(partial).collect();
     partials.iter().fold(DVec3::ZERO, |sum, &part| sum + part)
 }
 

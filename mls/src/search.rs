@@ -4,13 +4,12 @@
 use std::cmp::Ordering;
 
 use glam::DVec3;
-use rayon::prelude::*;
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
 
 use crate::error::CloudError;
 use crate::neighborhoods::Neighborhoods;
-use crate::parallel::{ROWS_PER_TASK, to_u32};
+use crate::parallel::{ROWS_PER_TASK, map, map_with, to_u32};
 
 /// A point of the tree with its index.
 type Entry = GeomWithData<[f64; 3], u32>;
@@ -298,40 +297,37 @@ pub fn k_nearest(points: &[DVec3], settings: &NearestSettings) -> Result<KNeares
     }
     positive("the support scale", settings.scale)?;
     let tree = PointTree::new(points)?;
-    let found: Vec<(Vec<u32>, f64, f64)> = points
-        .par_iter()
-        .enumerate()
-        .with_min_len(ROWS_PER_TASK)
-        .map_init(
-            || (Vec::new(), 0.0),
-            |(buffer, guess), (node, &at)| {
-                let wanted = settings.nearest.max(settings.limit.unwrap_or(0));
-                tree.nearest_guessed_into(at, wanted, to_u32(node), guess, buffer);
-                let nearest = &buffer[..settings.nearest.min(buffer.len())];
-                let sum: f64 = nearest.iter().map(|&(squared, _)| squared.sqrt()).sum();
-                let mean = if nearest.is_empty() {
-                    0.0
-                } else {
-                    sum / nearest.len() as f64
-                };
-                let radius = settings.scale * mean;
-                let mut row: Vec<u32> = match settings.limit {
-                    Some(limit) => buffer
-                        .iter()
-                        .take(limit)
-                        .filter(|&&(squared, _)| squared <= radius * radius)
-                        .map(|&(_, index)| index)
-                        .collect(),
-                    None => tree
-                        .within(at, radius)
-                        .filter(|&index| index as usize != node)
-                        .collect(),
-                };
-                row.sort_unstable();
-                (row, radius, mean)
-            },
-        )
-        .collect();
+    let found: Vec<(Vec<u32>, f64, f64)> = map_with(
+        points.len(),
+        ROWS_PER_TASK,
+        |(buffer, guess): &mut (Vec<_>, f64), node| {
+            let at = points[node];
+            let wanted = settings.nearest.max(settings.limit.unwrap_or(0));
+            tree.nearest_guessed_into(at, wanted, to_u32(node), guess, buffer);
+            let nearest = &buffer[..settings.nearest.min(buffer.len())];
+            let sum: f64 = nearest.iter().map(|&(squared, _)| squared.sqrt()).sum();
+            let mean = if nearest.is_empty() {
+                0.0
+            } else {
+                sum / nearest.len() as f64
+            };
+            let radius = settings.scale * mean;
+            let mut row: Vec<u32> = match settings.limit {
+                Some(limit) => buffer
+                    .iter()
+                    .take(limit)
+                    .filter(|&&(squared, _)| squared <= radius * radius)
+                    .map(|&(_, index)| index)
+                    .collect(),
+                None => tree
+                    .within(at, radius)
+                    .filter(|&index| index as usize != node)
+                    .collect(),
+            };
+            row.sort_unstable();
+            (row, radius, mean)
+        },
+    );
     let mut rows = Vec::with_capacity(found.len());
     let mut support_radii = Vec::with_capacity(found.len());
     let mut mean_distances = Vec::with_capacity(found.len());
@@ -365,20 +361,14 @@ pub fn k_nearest(points: &[DVec3], settings: &NearestSettings) -> Result<KNeares
 pub fn within_radius(points: &[DVec3], radius: f64) -> Result<Neighborhoods, CloudError> {
     positive("the radius", radius)?;
     let tree = PointTree::new(points)?;
-    let rows: Vec<Vec<u32>> = points
-        .par_iter()
-        .enumerate()
-        .with_min_len(ROWS_PER_TASK)
-        .map(|(node, &at)| {
-            let mut row: Vec<u32> = tree
-                .within(at, radius)
-                .filter(|&index| index as usize != node)
-                .collect();
-            row.sort_unstable();
-            row
-        })
-        .collect();
-    join(rows)
+    join(map(points.len(), ROWS_PER_TASK, |node| {
+        let mut row: Vec<u32> = tree
+            .within(points[node], radius)
+            .filter(|&index| index as usize != node)
+            .collect();
+        row.sort_unstable();
+        row
+    }))
 }
 
 /// Rows of a search to CSR.

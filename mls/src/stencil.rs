@@ -3,11 +3,10 @@
 use std::ops::Range;
 
 use glam::{DMat3, DVec3};
-use rayon::prelude::*;
 
 use crate::error::StencilError;
 use crate::neighborhoods::Neighborhoods;
-use crate::parallel::{ROWS_PER_TASK, fill_rows, to_u32};
+use crate::parallel::{ROWS_PER_TASK, fill_rows, map, to_u32};
 use crate::symmetric::{SymmetricEigen, outer};
 use crate::weights::inverse_square_weights;
 
@@ -268,13 +267,9 @@ pub fn widen_deficient_rows(
     loop {
         let weights = inverse_square_weights(positions, &graph);
         validate(positions, &weights)?;
+        let ranks = moments(positions, &graph, &weights, rank_tolerance).1;
         let deficient: Vec<u32> = (0..positions.len())
-            .into_par_iter()
-            .with_min_len(ROWS_PER_TASK)
-            .filter(|&node| {
-                let moment = moment(positions, &graph, node, &weights[graph.pairs(node)]);
-                invert_moment(&moment, rank_tolerance).1.rank < 3
-            })
+            .filter(|&node| ranks[node].rank < 3)
             .map(to_u32)
             .collect();
         if deficient.is_empty() || rounds == 2 {
@@ -292,15 +287,12 @@ pub(crate) fn moments(
     weights: &[f64],
     rank_tolerance: f64,
 ) -> (Vec<DMat3>, Vec<StencilRank>) {
-    (0..positions.len())
-        .into_par_iter()
-        .with_min_len(ROWS_PER_TASK)
-        .map(|node| {
-            let weights = &weights[neighborhoods.pairs(node)];
-            let moment = moment(positions, neighborhoods, node, weights);
-            invert_moment(&moment, rank_tolerance)
-        })
-        .unzip()
+    let found = map(positions.len(), ROWS_PER_TASK, |node| {
+        let weights = &weights[neighborhoods.pairs(node)];
+        let moment = moment(positions, neighborhoods, node, weights);
+        invert_moment(&moment, rank_tolerance)
+    });
+    found.into_iter().unzip()
 }
 
 /// `A_i = Σ_j w_ij X_ij X_ijᵀ`.

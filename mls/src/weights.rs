@@ -1,11 +1,10 @@
 //! Weights on pairs of nodes.
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use crate::kernel::Kernel;
 use crate::neighborhoods::Neighborhoods;
-use crate::parallel::{ROWS_PER_TASK, fill_rows};
+use crate::parallel::{ROWS_PER_TASK, fill_rows, map};
 
 /// Computes `value(i, j)` for every pair in order, rows in parallel.
 fn for_pairs(
@@ -87,22 +86,18 @@ pub fn mean_neighbor_distance(positions: &[DVec3], neighborhoods: &Neighborhoods
         neighborhoods.node_count(),
         "one position per node"
     );
-    (0..positions.len())
-        .into_par_iter()
-        .with_min_len(ROWS_PER_TASK)
-        .map(|i| {
-            let row = neighborhoods.row(i);
-            let sum: f64 = row
-                .iter()
-                .map(|&j| (positions[j as usize] - positions[i]).length())
-                .sum();
-            if row.is_empty() {
-                0.0
-            } else {
-                sum / row.len() as f64
-            }
-        })
-        .collect()
+    map(positions.len(), ROWS_PER_TASK, |i| {
+        let row = neighborhoods.row(i);
+        let sum: f64 = row
+            .iter()
+            .map(|&j| (positions[j as usize] - positions[i]).length())
+            .sum();
+        if row.is_empty() {
+            0.0
+        } else {
+            sum / row.len() as f64
+        }
+    })
 }
 
 #[cfg(test)]

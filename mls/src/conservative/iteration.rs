@@ -1,11 +1,10 @@
 //! Preconditioned conjugate gradients for the system for μ.
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::coarse::CoarseSpace;
 use super::operator::Operator;
-use crate::parallel::{SUM_CHUNK, ordered_sum};
+use crate::parallel::{SUM_CHUNK, ordered_sum, share_out};
 
 /// Length of the longest vector; NaN counts as infinite.
 pub(super) fn largest(values: &[DVec3]) -> f64 {
@@ -28,10 +27,14 @@ pub(super) struct Preconditioner {
 
 impl Preconditioner {
     fn apply(&mut self, residual: &[DVec3], out: &mut [DVec3]) {
-        out.par_iter_mut()
-            .zip(residual.par_iter().zip(&self.inverse))
-            .with_min_len(SUM_CHUNK)
-            .for_each(|(z, (r, d))| *z = *r * *d);
+        let factors = residual
+            .chunks(SUM_CHUNK)
+            .zip(self.inverse.chunks(SUM_CHUNK));
+        share_out(out.chunks_mut(SUM_CHUNK).zip(factors), |_, (z, (r, d))| {
+            for (z, (r, d)) in z.iter_mut().zip(r.iter().zip(d)) {
+                *z = *r * *d;
+            }
+        });
         if let Some(coarse) = &mut self.coarse {
             coarse.add_correction(residual, out);
         }
@@ -83,24 +86,28 @@ pub(super) fn conjugate_gradients(
         if alpha == DVec3::ZERO {
             return (best.solution, iteration);
         }
-        solution
-            .par_iter_mut()
-            .zip(residual.par_iter_mut())
-            .zip(direction.par_iter().zip(product.par_iter()))
-            .with_min_len(SUM_CHUNK)
-            .for_each(|((x, r), (p, q))| {
+        let iterates = solution
+            .chunks_mut(SUM_CHUNK)
+            .zip(residual.chunks_mut(SUM_CHUNK));
+        let steps = direction.chunks(SUM_CHUNK).zip(product.chunks(SUM_CHUNK));
+        share_out(iterates.zip(steps), |_, ((x, r), (p, q))| {
+            for ((x, r), (p, q)) in x.iter_mut().zip(r).zip(p.iter().zip(q)) {
                 *x += alpha * *p;
                 *r -= alpha * *q;
-            });
+            }
+        });
         preconditioner.apply(&residual, &mut conditioned);
         let next = ordered_sum(count, |i| residual[i] * conditioned[i]);
         let beta = ratio(next, energy);
         energy = next;
-        direction
-            .par_iter_mut()
-            .zip(conditioned.par_iter())
-            .with_min_len(SUM_CHUNK)
-            .for_each(|(p, z)| *p = *z + beta * *p);
+        let parts = direction
+            .chunks_mut(SUM_CHUNK)
+            .zip(conditioned.chunks(SUM_CHUNK));
+        share_out(parts, |_, (p, z)| {
+            for (p, z) in p.iter_mut().zip(z) {
+                *p = *z + beta * *p;
+            }
+        });
     }
     (best.solution, limit)
 }

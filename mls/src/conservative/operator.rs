@@ -14,11 +14,10 @@ use std::hint::black_box;
 
 use glam::{DMat3, DVec3};
 use pulp::{Arch, Simd, WithSimd};
-use rayon::prelude::*;
 
 use super::Setup;
 use crate::neighborhoods::Neighborhoods;
-use crate::parallel::{ROWS_PER_TASK, SUM_CHUNK};
+use crate::parallel::{ROWS_PER_TASK, SUM_CHUNK, map, share_out};
 
 /// The operator `Eᵀ D E` on one cloud.
 pub(super) struct Operator<'a> {
@@ -60,25 +59,21 @@ impl<'a> Operator<'a> {
             .iter()
             .map(|volume| volume * volume)
             .collect();
-        let first_moments = (0..positions.len())
-            .into_par_iter()
-            .with_min_len(ROWS_PER_TASK)
-            .map(|i| {
-                let mut sum = DVec3::ZERO;
-                for pair in neighborhoods.pairs(i) {
-                    let j = neighborhoods.indices()[pair] as usize;
-                    sum += (positions[j] - positions[i]) * weights[pair];
-                }
-                sum
-            })
-            .collect();
-        let back = |&pair: &u32| weights[pair as usize];
-        let back_weights = setup.reverse.par_iter().with_min_len(4 * SUM_CHUNK);
+        let first_moments = map(positions.len(), ROWS_PER_TASK, |i| {
+            let mut sum = DVec3::ZERO;
+            for pair in neighborhoods.pairs(i) {
+                let j = neighborhoods.indices()[pair] as usize;
+                sum += (positions[j] - positions[i]) * weights[pair];
+            }
+            sum
+        });
+        let reverse = setup.reverse;
+        let back = |pair| weights[reverse[pair] as usize];
         Self {
             positions,
             neighborhoods,
             weights,
-            back_weights: back_weights.map(back).collect(),
+            back_weights: map(reverse.len(), 4 * SUM_CHUNK, back),
             moment_inverses: setup.inverses,
             scale,
             first_moments,
@@ -101,60 +96,52 @@ impl<'a> Operator<'a> {
             terms,
             arch,
         } = work;
-        states
-            .par_iter_mut()
-            .zip(mu)
-            .with_min_len(SUM_CHUNK)
-            .for_each(|(state, mu)| [state.0[0], state.0[1], state.0[2]] = mu.to_array());
+        let parts = states.chunks_mut(SUM_CHUNK).zip(mu.chunks(SUM_CHUNK));
+        share_out(parts, |_, (states, mu)| {
+            for (state, mu) in states.iter_mut().zip(mu) {
+                [state.0[0], state.0[1], state.0[2]] = mu.to_array();
+            }
+        });
         let states: &[State] = states;
-        terms
-            .par_chunks_mut(ROWS_PER_TASK)
-            .enumerate()
-            .for_each(|(chunk, terms)| {
-                arch.dispatch(Terms {
-                    operator: self,
-                    states,
-                    first: chunk * ROWS_PER_TASK,
-                    terms,
-                });
+        share_out(terms.chunks_mut(ROWS_PER_TASK), |chunk, terms| {
+            arch.dispatch(Terms {
+                operator: self,
+                states,
+                first: chunk * ROWS_PER_TASK,
+                terms,
             });
+        });
         let terms: &[RowTerm] = terms;
-        y.par_chunks_mut(ROWS_PER_TASK)
-            .enumerate()
-            .for_each(|(chunk, y)| {
-                arch.dispatch(Product {
-                    operator: self,
-                    states,
-                    terms,
-                    first: chunk * ROWS_PER_TASK,
-                    y,
-                });
+        share_out(y.chunks_mut(ROWS_PER_TASK), |chunk, y| {
+            arch.dispatch(Product {
+                operator: self,
+                states,
+                terms,
+                first: chunk * ROWS_PER_TASK,
+                y,
             });
+        });
     }
 
     /// Reciprocal diagonal of `Eᵀ D E`, 0 where there is none: `V_j² (W_j − m_jᵀ A_j⁻¹ m_j) + Σ_i V_i² w_ij (1 − w_ij X_ijᵀ A_i⁻¹ X_ij)`.
     pub(super) fn inverse_diagonal(&self) -> Vec<f64> {
         let indices = self.neighborhoods.indices();
-        (0..self.positions.len())
-            .into_par_iter()
-            .with_min_len(ROWS_PER_TASK)
-            .map(|j| {
-                let m = self.first_moments[j];
-                let mut total = 0.0;
-                let mut others = 0.0;
-                for pair in self.neighborhoods.pairs(j) {
-                    total += self.weights[pair];
-                    let i = indices[pair] as usize;
-                    let w = self.back_weights[pair];
-                    let x = self.positions[j] - self.positions[i];
-                    let own = w * x.dot(self.moment_inverses[i] * x);
-                    others += self.scale[i] * w * (1.0 - own).max(0.0);
-                }
-                let row = total - m.dot(self.moment_inverses[j] * m);
-                let inverse = (self.scale[j] * row.max(0.0) + others).recip();
-                if inverse.is_finite() { inverse } else { 0.0 }
-            })
-            .collect()
+        map(self.positions.len(), ROWS_PER_TASK, |j| {
+            let m = self.first_moments[j];
+            let mut total = 0.0;
+            let mut others = 0.0;
+            for pair in self.neighborhoods.pairs(j) {
+                total += self.weights[pair];
+                let i = indices[pair] as usize;
+                let w = self.back_weights[pair];
+                let x = self.positions[j] - self.positions[i];
+                let own = w * x.dot(self.moment_inverses[i] * x);
+                others += self.scale[i] * w * (1.0 - own).max(0.0);
+            }
+            let row = total - m.dot(self.moment_inverses[j] * m);
+            let inverse = (self.scale[j] * row.max(0.0) + others).recip();
+            if inverse.is_finite() { inverse } else { 0.0 }
+        })
     }
 }
 

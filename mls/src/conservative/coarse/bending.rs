@@ -7,13 +7,12 @@
 
 use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
-use rayon::prelude::*;
 
 use super::grid::{Grid, SPLINE_CURVATURES, spline_slopes, spline_values};
 use super::level::STENCIL;
 use super::placement::{Cell, Placement};
 use crate::conservative::operator::Operator;
-use crate::parallel::to_u32;
+use crate::parallel::{map, share_out, to_u32};
 
 /// Splines at a node.
 const LOCAL: usize = 27;
@@ -53,29 +52,28 @@ pub(super) fn bending_stencils(
         .collect();
     let mut stencils = vec![[0.0; STENCIL]; places.len()];
     for batch in cells.chunks(BATCH.max(places.len() / 16)) {
-        let blocks: Vec<Block> = batch
-            .par_iter()
-            .with_min_len(8)
-            .map(|cell| block(operator, placement, cell))
-            .collect();
+        let blocks: Vec<Block> = map(batch.len(), 8, |at| block(operator, placement, &batch[at]));
         // A spline's own index in the cell that starts at its position less `local[index]`.
         let low = places.partition_point(|&place| (place as usize) < batch[0].place);
         let last = batch[batch.len() - 1].place + local[LOCAL - 1];
         let high = places.partition_point(|&place| place as usize <= last);
-        let within = places[low..high].par_iter().with_min_len(64);
-        within
-            .zip(&mut stencils[low..high])
-            .for_each(|(&place, stencil)| {
-                for (own, &offset) in local.iter().enumerate() {
-                    let Some(start) = (place as usize).checked_sub(offset) else {
-                        continue;
-                    };
-                    let Ok(cell) = batch.binary_search_by_key(&start, |cell| cell.place) else {
-                        continue;
-                    };
-                    add_row(stencil, own, &blocks[cell][own]);
+        let within = places[low..high].chunks(64);
+        share_out(
+            within.zip(stencils[low..high].chunks_mut(64)),
+            |_, (places, stencils)| {
+                for (&place, stencil) in places.iter().zip(stencils) {
+                    for (own, &offset) in local.iter().enumerate() {
+                        let Some(start) = (place as usize).checked_sub(offset) else {
+                            continue;
+                        };
+                        let Ok(cell) = batch.binary_search_by_key(&start, |cell| cell.place) else {
+                            continue;
+                        };
+                        add_row(stencil, own, &blocks[cell][own]);
+                    }
                 }
-            });
+            },
+        );
     }
     (places, stencils)
 }

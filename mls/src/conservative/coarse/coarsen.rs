@@ -1,9 +1,7 @@
 //! The matrix of the next coarser grid.
 
-use rayon::prelude::*;
-
 use super::level::{Level, SHARES, STENCIL, first_child, parents};
-use crate::parallel::to_u32;
+use crate::parallel::{map, to_u32};
 
 impl Level {
     /// The next coarser level, `Rᵀ A R` with splines of cells twice as wide.
@@ -29,11 +27,9 @@ impl Level {
             .filter(|&place| taken[place])
             .map(to_u32)
             .collect();
-        let stencils = places
-            .par_iter()
-            .with_min_len(8)
-            .map(|&place| self.coarse_stencil(grid.spline(place as usize), &number))
-            .collect();
+        let stencils = map(places.len(), 8, |at| {
+            self.coarse_stencil(grid.spline(places[at] as usize), &number)
+        });
         Self::new(grid, places, stencils)
     }
 

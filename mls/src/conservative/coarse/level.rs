@@ -6,9 +6,9 @@
 )]
 
 use pulp::{Arch, Simd, WithSimd};
-use rayon::prelude::*;
 
 use super::grid::{Grid, Lanes, add};
+use crate::parallel::share_out;
 
 /// Entries of a stencil: splines up to two apart along every axis.
 pub(super) const STENCIL: usize = 125;
@@ -112,20 +112,17 @@ impl Level {
         let runs = std::array::from_fn(|run| run % 5 * y + run / 5 * z);
         let (solution, right) = (&self.solution, &self.right);
         let (places, stencils) = (&self.places, &self.stencils);
-        self.residual
-            .par_chunks_mut(SPLINES_PER_TASK)
-            .enumerate()
-            .for_each(|(chunk, out)| {
-                arch.dispatch(Residual {
-                    runs,
-                    field: solution,
-                    first: chunk * SPLINES_PER_TASK,
-                    places,
-                    stencils,
-                    right,
-                    out,
-                });
+        share_out(self.residual.chunks_mut(SPLINES_PER_TASK), |chunk, out| {
+            arch.dispatch(Residual {
+                runs,
+                field: solution,
+                first: chunk * SPLINES_PER_TASK,
+                places,
+                stencils,
+                right,
+                out,
             });
+        });
     }
 
     /// First smoothing step, from zero.
@@ -154,12 +151,10 @@ impl Level {
         let (fine, residual) = (self.grid, &self.spread);
         let [_, y, z] = fine.steps();
         let grid = coarse.grid;
-        coarse
-            .right
-            .par_iter_mut()
-            .zip(&coarse.places)
-            .with_min_len(SPLINES_PER_TASK)
-            .for_each(|(right, &place)| {
+        let right = coarse.right.chunks_mut(SPLINES_PER_TASK);
+        let parts = right.zip(coarse.places.chunks(SPLINES_PER_TASK));
+        share_out(parts, |_, (right, places)| {
+            for (right, &place) in right.iter_mut().zip(places) {
                 let start = first_child(&fine, grid.spline(place as usize));
                 let mut sum = [0.0; 4];
                 for k in 0..4 {
@@ -172,7 +167,8 @@ impl Level {
                     }
                 }
                 *right = sum;
-            });
+            }
+        });
     }
 
     /// Adds the solution of the coarser level to this one.

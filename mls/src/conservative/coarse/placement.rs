@@ -7,10 +7,9 @@
 
 use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
-use rayon::prelude::*;
 
 use super::grid::{Grid, Lanes, add, spline_values};
-use crate::parallel::{ROWS_PER_TASK, to_u32};
+use crate::parallel::{ROWS_PER_TASK, share_out, to_u32};
 
 /// A node in the grid.
 #[derive(Debug, Clone, Copy)]
@@ -65,7 +64,7 @@ impl Placement {
             };
             placed.push(Placed { place, within });
         }
-        keys.par_sort_unstable();
+        keys.sort_unstable();
         let row_of = |place: usize| {
             let [_, y, z] = grid.spline(place);
             y + height * z
@@ -112,23 +111,21 @@ impl Placement {
     pub(super) fn restrict(&mut self, r: &[DVec3], places: &[u32], out: &mut [Lanes]) {
         let arch = Arch::new();
         let (placed, width) = (&self.placed, self.grid.sizes[0]);
-        self.sums
-            .par_iter_mut()
-            .zip(&self.rows)
-            .for_each(|(sums, row)| {
-                arch.dispatch(Restriction {
-                    placed,
-                    row,
-                    width,
-                    r,
-                    sums,
-                });
+        share_out(self.sums.iter_mut().zip(&self.rows), |_, (sums, row)| {
+            arch.dispatch(Restriction {
+                placed,
+                row,
+                width,
+                r,
+                sums,
             });
+        });
         let [_, height, _] = self.grid.sizes;
-        out.par_iter_mut()
-            .zip(places)
-            .with_min_len(ROWS_PER_TASK)
-            .for_each(|(out, &place)| {
+        let parts = out
+            .chunks_mut(ROWS_PER_TASK)
+            .zip(places.chunks(ROWS_PER_TASK));
+        share_out(parts, |_, (out, places)| {
+            for (out, &place) in out.iter_mut().zip(places) {
                 let [x, y, z] = self.grid.spline(place as usize);
                 let mut sum = [0.0; 4];
                 for k in 0..=z.min(2) {
@@ -141,22 +138,24 @@ impl Placement {
                     }
                 }
                 *out = sum;
-            });
+            }
+        });
     }
 
     /// `z += P field`.
     pub(super) fn prolong(&self, field: &[Lanes], z: &mut [DVec3]) {
         let arch = Arch::new();
-        z.par_chunks_mut(ROWS_PER_TASK)
-            .zip(self.placed.par_chunks(ROWS_PER_TASK))
-            .for_each(|(z, placed)| {
-                arch.dispatch(Prolongation {
-                    placed,
-                    steps: self.grid.steps(),
-                    field,
-                    z,
-                });
+        let parts = z
+            .chunks_mut(ROWS_PER_TASK)
+            .zip(self.placed.chunks(ROWS_PER_TASK));
+        share_out(parts, |_, (z, placed)| {
+            arch.dispatch(Prolongation {
+                placed,
+                steps: self.grid.steps(),
+                field,
+                z,
             });
+        });
     }
 }
 
