@@ -38,7 +38,7 @@ pub(super) struct SweepArguments {
     /// Cases at a time, each a process of its own [default: 1]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
-    /// Threads of all cases at a time together [default: all of the machine's]
+    /// Total threads across concurrent cases [default: all of the machine's]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
     /// Run failed cases again.
