@@ -22,7 +22,7 @@ pub struct Stencils<'a> {
     /// Neighbours, shape `(pairs)`.
     pub indices: &'a [u32],
     /// `w_ij >= 0` (any unit), shape `(pairs)`; 0 for a severed pair. Kept as f32: a caller that solves for
-    /// `B` and `μ` rounds the weights first, and what follows from them is exact. Zero-energy control
+    /// `B` and `μ` rounds the weights first, and what follows from them is exact. Hourglass stabilization
     /// needs `w_ij = w_ji`.
     pub weights: &'a [f64],
     /// `B_i` (1/m² over the unit of `w`), shape `(n)`.

@@ -224,7 +224,7 @@ impl Elastic {
     ///
     /// A node with a deficient row has unit vectors normal to the deformed span of its neighbours
     /// instead of the directions that its row cannot see. A deficient node has the mean of those nodes that
-    /// its bonds lead to and that are nearer to valid ones, the identity without any.
+    /// its bonds reach and that are nearer to valid ones, the identity without any.
     ///
     /// They are stored by components; this copies them.
     #[must_use]

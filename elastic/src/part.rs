@@ -12,7 +12,7 @@ use crate::kernel::subset::Subset;
 use crate::kernel::tangent;
 use crate::model::Elastic;
 
-/// Nodes that may move while all others are held; made by [`Elastic::part`].
+/// Nodes that may move while all others are fixed; made by [`Elastic::part`].
 #[derive(Debug, Clone)]
 pub struct Part {
     pub(crate) subset: Subset,
@@ -51,7 +51,7 @@ impl Part {
 
 /// Products within some of the nodes, and what other processes have of them.
 impl Elastic {
-    /// Prepares products with the stiffness of some nodes, in any order, while all others are held.
+    /// Prepares products with the stiffness of some nodes, in any order, while all others are fixed.
     ///
     /// # Panics
     /// If a node does not exist.

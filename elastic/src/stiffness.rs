@@ -28,7 +28,7 @@ pub struct StiffNode {
 }
 
 impl Elastic {
-    /// Begins to watch the stiffness of nodes with these masses (kg); an empty slice ends it.
+    /// Begins to monitor the stiffness of nodes with these masses (kg); an empty slice ends it.
     ///
     /// # Panics
     /// If `masses` is neither empty nor one per node.

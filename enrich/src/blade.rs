@@ -1,4 +1,4 @@
-//! A blade on its way through a body: from its edge in the world to the front of its cut.
+//! A blade on its path through a body: from its edge in the world to the front of its cut.
 
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
@@ -21,7 +21,7 @@ const PATIENCE: f64 = 1.0;
 /// and a blade moves half of one.
 const ROUNDS: usize = 3;
 
-/// Places of an edge from which they are sought on several threads; one takes some 20 µs.
+/// Positions of an edge from which they are sought on several threads; one takes some 20 µs.
 const PARALLEL: usize = 8;
 
 /// Nodes within so many spacings of a position of the edge carry it: fewer would be those of one side of the cut.
@@ -136,9 +136,9 @@ impl Blade {
         }
     }
 
-    /// Leads the blade to where its edge is now, in steps of half a spacing through the tissue as it lies now:
+    /// Drives the blade to where its edge is now, in steps of half a spacing through the tissue as it lies now:
     /// from where tissue has carried the positions that the edge had in it, which a lobe that swings past the blade
-    /// moves farther than the hand does. A pair that it passed in the world and that the cut does not cross a
+    /// moves farther than the user does. A pair that it passed in the world and that the cut does not cross a
     /// spacing of its path later, or when the stroke ends, is moved to.
     ///
     /// # Arguments
@@ -151,7 +151,7 @@ impl Blade {
     /// What it added, and the number of pairs that it passed and the cut does not cross.
     ///
     /// # Errors
-    /// [`CutError::NotFinite`]; what the blade cut before that place stays in the cut until [`Cuts::truncate`], and the
+    /// [`CutError::NotFinite`]; what the blade cut before that position stays in the cut until [`Cuts::truncate`], and the
     /// blade itself is to be used no more.
     ///
     /// # Panics
@@ -210,7 +210,7 @@ impl Blade {
         }
     }
 
-    /// Leads the front to pairs that the blade passed a while ago and the cut does not cross; the number of
+    /// Extends the front to pairs that the blade passed a while ago and the cut does not cross; the number of
     /// those that stay.
     fn settle_debts(
         &mut self,

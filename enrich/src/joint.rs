@@ -62,7 +62,7 @@ impl Cuts {
     }
 
     /// The nearest point, within the tolerance, of a face that does not hang on the stroke's last edge;
-    /// and whether the way from `from` to the point crosses such a face there.
+    /// and whether the path from `from` to the point crosses such a face there.
     fn face_near(
         &self,
         stroke: usize,

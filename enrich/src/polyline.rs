@@ -16,7 +16,7 @@ pub(crate) fn pieces(ratio: f64) -> u32 {
     (ratio * rounding).ceil().clamp(1.0, 1e6) as u32
 }
 
-/// Shares of a segment at which it is divided, its start included: `ratio` pieces would be its whole length.
+/// Fractions of a segment at which it is divided, its start included: `ratio` pieces would be its whole length.
 pub(crate) fn shares(part: Option<(f64, f64)>, ratio: f64) -> Vec<f64> {
     let Some((start, end)) = part else {
         return vec![0.0];
@@ -33,7 +33,7 @@ pub(crate) fn shares(part: Option<(f64, f64)>, ratio: f64) -> Vec<f64> {
     shares
 }
 
-/// Divides each segment of a polyline at its shares.
+/// Divides each segment of a polyline at its fractions.
 pub(crate) fn divided(line: &[DVec3], shares: &[Vec<f64>]) -> Vec<DVec3> {
     let mut points = Vec::new();
     for (ends, shares) in line.windows(2).zip(shares) {

@@ -123,7 +123,7 @@ pub fn largest_eigenvalue(
     largest_eigenvalue_of_share(&all, stiffness, sum, warm, settings)
 }
 
-/// [`largest_eigenvalue`] of some nodes of a body, all others held.
+/// [`largest_eigenvalue`] of some nodes of a body, all others fixed.
 ///
 /// * `nodes` -- numbers of the nodes in the body, shape `(k)`.
 /// * `masses` -- masses (kg) of all nodes of the body.
@@ -348,7 +348,7 @@ fn start_vector(first: usize, n: usize) -> Vec<DVec3> {
     all.skip(first).collect()
 }
 
-/// A vector for [`largest_eigenvalue`] to begin with that turns with the body: the way of each node at `positions` (m)
+/// A vector for [`largest_eigenvalue`] to begin with that turns with the body: the displacement of each node at `positions` (m)
 /// from their mean, times a pseudo-random number in [-0.5, 0.5) from the index alone.
 #[must_use]
 pub fn radial_start(positions: &[DVec3]) -> Vec<DVec3> {

@@ -1,4 +1,4 @@
-//! A hand that holds a patch of a body: a spring and a damper at each fixed node.
+//! A user's grip of a patch of a body: a spring and a damper at each fixed node.
 
 use glam::DVec3;
 
@@ -35,7 +35,7 @@ pub struct Grip {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Held {
     node: u32,
-    /// Place (m) when it was gripped.
+    /// Position (m) when it was gripped.
     from: DVec3,
     /// Stiffness (N/m) and damping (N s/m).
     stiffness: f64,
@@ -143,8 +143,8 @@ mod tests {
     use crate::motion::{Motion, MotionSettings};
     use crate::supports::BoundaryConditions;
 
-    /// Free nodes on springs of their own: where damping has taken the swing they are where the hand is, and the
-    /// force on it is none; while the hand pulls, it feels what the nodes feel.
+    /// Free nodes on springs of their own: where damping has taken the swing they are at the pointer, and the
+    /// force on it is none; while the pointer pulls, it feels what the nodes feel.
     #[test]
     fn held_nodes_follow_the_hand_and_pull_back() {
         let positions = [DVec3::ZERO, DVec3::X * 0.004, DVec3::X * 0.5];

@@ -37,7 +37,7 @@ pub struct MassScaling {
 /// Simonsson, Unosson 2005, doi:10.1002/nme.1293, but nothing is added). Statics change only as far as
 /// weight goes with mass.
 ///
-/// Each round takes the stiffest mode and gives to node `i` the share `0.1 p_i` of its mass, with its kinetic
+/// Each round takes the stiffest mode and gives to node `i` the fraction `0.1 p_i` of its mass, with its kinetic
 /// energy `p_i` in the mode over the largest, from its neighbours in proportion to what they can spare; none
 /// falls below 0.8 of its mass. It ends before more than `most` is moved; masses that
 /// do not lower the eigenvalue in the end are not adopted. Mass stays within its group (a material),

@@ -99,7 +99,7 @@ impl State {
 pub struct MotionBytes {
     /// Masses, positions, velocities, forces: what every motion needs.
     pub state: usize,
-    /// Held nodes and their paths; 0 without any.
+    /// Fixed nodes and their paths; 0 without any.
     pub supports: usize,
     /// Constant forces on nodes; 0 without any.
     pub loads: usize,

@@ -6,9 +6,9 @@ use glam::DVec3;
 /// How easily nodes move.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Mobility {
-    /// Inverse masses (1/kg), 0 where a node is held in all directions.
+    /// Inverse masses (1/kg), 0 where a node is fixed in all directions.
     pub(crate) inverse: Vec<f64>,
-    /// Nodes held in some directions only, ascending.
+    /// Nodes fixed in some directions only, ascending.
     partly: Vec<u32>,
 }
 

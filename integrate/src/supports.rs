@@ -1,4 +1,4 @@
-//! Which nodes are held, along which directions, and which follow a path.
+//! Which nodes are fixed, along which directions, and which follow a path.
 
 use crate::trajectory::Trajectory;
 use glam::{DMat3, DVec3};
@@ -105,7 +105,7 @@ impl BoundaryConditions {
         self.entry.len()
     }
 
-    /// Held nodes, in the order in which they were first named.
+    /// Fixed nodes, in the order in which they were first named.
     #[must_use]
     pub fn entries(&self) -> &[NodeSupport] {
         &self.supports
@@ -117,7 +117,7 @@ impl BoundaryConditions {
         &self.paths
     }
 
-    /// The entry of a node, if it is held in any direction.
+    /// The entry of a node, if it is fixed in any direction.
     ///
     /// # Panics
     /// If there is no such node.

@@ -211,7 +211,7 @@ impl Sweep<'_> {
     }
 
     /// What nodes gain in velocity in a time (s) under all forces, `viscous` given for these
-    /// nodes alone. Held parts of partly fixed nodes are still in it.
+    /// nodes alone. Fixed parts of partly fixed nodes are still in it.
     #[inline(always)]
     fn kick(&self, nodes: &Range<usize>, viscous: &[DVec3], time: f64, gained: &mut [DVec3]) {
         let (forces, loads) = (&self.forces[nodes.clone()], part(&self.nodes.loads, nodes));

@@ -17,8 +17,8 @@ pub enum Drive {
         /// Displacement and rotation over time.
         path: Trajectory,
     },
-    /// Force-driven: a mass under a constant force (its weight, a hand) and the contact's. It does not
-    /// turn: the hand takes the torque.
+    /// Force-driven: a mass under a constant force (its weight, a user's) and the contact's. It does not
+    /// turn: who holds it takes the torque.
     Force {
         /// Mass (kg), positive.
         mass: f64,
@@ -121,7 +121,7 @@ impl RigidTool {
         Self::on_path(shape, pose, still, contact)
     }
 
-    /// Leads the tool from where it is to where it will be after a step (s) that begins at `time` (s),
+    /// Drives the tool from where it is to where it will be after a step (s) that begins at `time` (s),
     /// and as far again, for contact forces that look ahead. A released tool moves on by itself.
     ///
     /// # Panics

@@ -125,7 +125,7 @@ impl Trajectory {
         (now.normalize(), vector * slope)
     }
 
-    /// Place `R X + u` (m) and velocity (m/s) at a time (s) of what lies at `X` (m).
+    /// Position `R X + u` (m) and velocity (m/s) at a time (s) of what lies at `X` (m).
     #[must_use]
     pub fn place(&self, x: DVec3, time: f64) -> (DVec3, DVec3) {
         let (displacement, velocity) = self.displacement(time);

@@ -16,7 +16,7 @@ const LARGEST_IMBALANCE: f64 = 0.02;
 /// The same where a tool presses: contact sets in within a step, and at first all the energy there is
 /// comes from it.
 const LARGEST_IMBALANCE_IN_CONTACT: f64 = 2.0;
-/// Imbalance with which a run ends if no shorter step lowers it.
+/// Energy-balance error with which a run ends if no shorter step lowers it.
 const FATAL_IMBALANCE: f64 = 0.5;
 /// Fraction of the first stable step below which a motion leads nowhere: it would take a million times as long.
 const SMALLEST_STEP: f64 = 1e-6;

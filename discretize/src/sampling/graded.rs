@@ -55,7 +55,7 @@ impl Hasher for Spread {
 /// The background on an octree.
 pub(crate) struct Graded<'a> {
     octree: &'a Octree,
-    /// Places in halves of the smallest cell.
+    /// Positions in halves of the smallest cell.
     points: Vec<Halves>,
     /// Width of the smallest leaf at each point, in units.
     width: Vec<u32>,

@@ -61,7 +61,7 @@ pub struct Grading {
     pub coarsest: f64,
     /// Growth of the spacing per distance from the surface or a refined region.
     pub growth: f64,
-    /// Places with smaller cells, such as where a tool will touch or a blade will pass.
+    /// Positions with smaller cells, such as where a tool will touch or a blade will pass.
     pub refinements: Vec<Refinement>,
 }
 

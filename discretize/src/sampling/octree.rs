@@ -200,7 +200,7 @@ impl Octree {
         self.at_surface[leaf]
     }
 
-    /// Place of a point given in halves of the smallest cell.
+    /// Position of a point given in halves of the smallest cell.
     pub(crate) fn point(&self, halves: [u32; 3]) -> DVec3 {
         self.origin + 0.5 * self.unit * DVec3::from_array(halves.map(f64::from))
     }

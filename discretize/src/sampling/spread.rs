@@ -26,7 +26,7 @@ const LONGEST_EDGE: f64 = 0.5;
 /// Most pieces along a triangle's edge.
 const MOST_PIECES: f64 = 64.0;
 
-/// Shares that a triangle gives before they are added up, over the nodes: supports that had to grow over
+/// Fractions that a triangle gives before they are added up, over the nodes: supports that had to grow over
 /// a whole body give every node a fraction for each of 4,096 pieces.
 const MOST_SHARES: usize = 4;
 

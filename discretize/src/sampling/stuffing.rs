@@ -121,7 +121,7 @@ fn check_bounds(
     beyond.map_or(Ok(()), |at| Err(SampleError::OutsideBounds { at }))
 }
 
-/// Place of a background point: where it was moved to, or where it always was.
+/// Position of a background point: where it was moved to, or where it always was.
 fn place_of(background: &dyn Background, moved: &[(u32, DVec3)], id: u32) -> DVec3 {
     match moved.binary_search_by(|(v, _)| v.cmp(&id)) {
         Ok(found) => moved[found].1,

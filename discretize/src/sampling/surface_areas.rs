@@ -1,4 +1,4 @@
-//! Shares of a surface that belong to nodes on it.
+//! Parts of a surface's area that belong to nodes on it.
 
 use glam::DVec3;
 use rayon::prelude::*;

@@ -15,7 +15,7 @@ const SAME_SIDE: f64 = -0.5;
 /// Rejection radius of the first sweep, over the spacing of a hexagonal packing.
 const FIRST_RADIUS: f64 = 0.82;
 
-/// Places about `count` surfels evenly on a surface (the result is within a few percent; its
+/// Puts about `count` surfels evenly on a surface (the result is within a few percent; its
 /// length is the count). The areas sum to the mesh's area exactly up to round-off.
 ///
 /// Candidates are drawn by area with a stratified low-discrepancy sequence and accepted if no
@@ -105,7 +105,7 @@ struct Candidate {
 }
 
 /// Points spread over the triangles by area: the k-th takes the area quantile `(k + 1/2)/n`, its
-/// place in the triangle from the R2 sequence (Roberts 2018); then shuffled by a fixed stride.
+/// position in the triangle from the R2 sequence (Roberts 2018); then shuffled by a fixed stride.
 #[allow(clippy::cast_precision_loss, reason = "counts")]
 fn draw(mesh: &Mesh, area: f64, n: usize) -> Vec<Candidate> {
     const R2: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_3];

@@ -7,7 +7,7 @@
 //!
 //! `E_b = k/2 (|x|_e - |X|_e - d)²`, `|x|_e = sqrt(x·x + e² X·X)`, `k = kappa mu V_i f_ij / (n_i X·X) max(1, 1 / Σ_j f_ij)`,
 //!
-//! `n_i` the pairs that the node had, `f_ij` the share that the cut left of one; together they hold as one whole pair at
+//! `n_i` the pairs that the node had, `f_ij` the fraction that the cut left of one; together they hold as one whole pair at
 //! least. It is objective, conserves momenta, is bounded in stiffness and has no state that it could invert from. `d` begins
 //! where the bonds hold no more energy than the node's strain did, takes up what a bond gains in stiffness, and decays.
 
@@ -281,7 +281,7 @@ impl Bonds {
     }
 }
 
-/// New bonds at the positions of old ones: what is left of one continues, and one that is stiffer holds the energy that it held.
+/// New bonds at the positions of old ones: what is left of one continues, and one that is stiffer retains the energy that it had.
 pub(crate) fn kept(mut row: Vec<Bond>, old: &[Bond]) -> Vec<Bond> {
     for bond in &mut row {
         if let Some(before) = old.iter().find(|before| before.other == bond.other) {

@@ -1,4 +1,4 @@
-//! Zero-energy control: `E = 1/2 sum_i c_i sum_j w_ij |u_ij - H_i X_ij|²` with the least-squares gradient `H_i`
+//! Hourglass stabilization: `E = 1/2 sum_i c_i sum_j w_ij |u_ij - H_i X_ij|²` with the least-squares gradient `H_i`
 //! and `c_i = s_i alpha mu_i V_i / sum_j w_ij |X_ij|²`. The scale `s_i` is 1 until a cut touches the node.
 
 use glam::{DMat3, DVec3};

@@ -119,7 +119,7 @@ fn out_of_sight<T>(value: T) -> T {
     black_box(Line(value)).0
 }
 
-/// A pair's share in the sums.
+/// What a pair adds to the sums.
 #[inline(always)]
 fn add_pair<A: Arithmetic, const L: usize>(
     pair: &Pair,

@@ -115,7 +115,7 @@ impl Pairs {
         &self.outgoing.offsets
     }
 
-    /// Places of a node's pairs.
+    /// Positions of a node's pairs.
     pub(crate) fn range(&self, node: usize) -> std::ops::Range<usize> {
         range(&self.outgoing.offsets, node)
     }

@@ -62,7 +62,7 @@ impl Prestrain {
         (*offset != DMat3::ZERO).then(|| DMat3::IDENTITY + *offset)
     }
 
-    /// What an offset multiplies a node's share of the stiffness with: at least `|I + A|²`.
+    /// What an offset multiplies a node's part of the stiffness with: at least `|I + A|²`.
     pub(crate) fn gain(&self, node: usize) -> f64 {
         self.factor(node).map_or(1.0, |factor| {
             let sum = |m: DMat3| {

@@ -1,4 +1,4 @@
-//! What an explicit scheme watches while a body moves: how stiff it has become, and whether a node
+//! What an explicit scheme monitors while a body moves: how stiff it has become, and whether a node
 //! turns inside out.
 //!
 //! A bound on what a node's own strain energy adds to the largest eigenvalue of `M⁻¹ K` is
@@ -95,7 +95,7 @@ impl Watching {
     }
 }
 
-/// `r_i` of a node at `f`, 0 where nobody watches.
+/// `r_i` of a node at `f`, 0 where nobody monitors.
 #[inline(always)]
 pub(crate) fn indicator(model: &Model, node: usize, f: DMat3) -> f64 {
     match model.gradient_squares.get(node) {

@@ -163,7 +163,7 @@ pub enum Model {
     StableNeoHookean,
     /// Compressible neo-Hookean solid with `ln J`; for comparison with closed forms.
     NeoHookean,
-    /// Saint Venant-Kirchhoff solid, the dissertation's; it gives way when pressed beyond 42 %.
+    /// Saint Venant-Kirchhoff solid, the dissertation's; it softens when pressed beyond 42 %.
     SaintVenantKirchhoff,
     /// Mooney-Rivlin solid.
     MooneyRivlin {

@@ -1,4 +1,4 @@
-//! Zero-energy control of a model's nodes.
+//! Hourglass stabilization of a model's nodes.
 
 use glam::DVec3;
 

@@ -41,7 +41,7 @@ impl Elastic {
         self.refresh_fronts();
     }
 
-    /// As [`Elastic::set_fronts`], with the matrices times the same share, at most 1, as far as their control then holds at
+    /// As [`Elastic::set_fronts`], with the matrices times the same fraction, at most 1, as far as their control then holds at
     /// most `most` (J) at `positions` (m). With `most` what a cut took, a cut of a strained body adds no energy, and one of
     /// a body at rest gets the whole control. Returns what it holds.
     ///

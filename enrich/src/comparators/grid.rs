@@ -186,7 +186,7 @@ impl EnrichmentGrid {
     }
 
     /// As [`EnrichmentGrid::look_up`], but by the formulas themselves where the nearest lattice point is so near to
-    /// the cut that it may lie on the other side. The text takes its side then, and a layer of nodes beside a
+    /// the cut that it may lie on the other side. Aras (2014) takes its side then, and a layer of nodes beside a
     /// cut, half a cell from it, comes to the wrong piece.
     pub(super) fn on_its_side(&self, point: DVec3) -> Option<Enrichment> {
         let found = self.look_up(point)?;

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::{Anchor, EdgePlace, Front, LARGEST_TURN, LOOK, NEAR, OVERSHOOT, SKIN, THROUGH};
 use crate::cuts::Cuts;
 
-/// Halvings with which a surface or a sheet is found along a line: a thousandth of the way.
+/// Halvings with which a surface or a sheet is found along a line: a thousandth of the path.
 const HALVINGS: usize = 10;
 /// Positions along a path at which the inside is asked for before halving.
 const LOOKS: u32 = 6;

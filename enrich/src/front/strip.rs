@@ -12,7 +12,7 @@ use crate::index32;
 /// apart on the blade, and tissue is rarely pressed to less than half.
 const WIDEST: f64 = 2.5;
 
-/// A vertex of a front: place along the blade in samples, position (m), sample if it is one.
+/// A vertex of a front: position along the blade in samples, position (m), sample if it is one.
 #[derive(Debug, Clone, Copy)]
 struct Vertex {
     place: f64,
@@ -251,7 +251,7 @@ impl Front {
     }
 
     /// Where the surface is that the front ended at, when the blade's edge does not say: the old end carried along,
-    /// or what a spacing more of the same way meets. Without it a notch would stay between this end and the
+    /// or what a spacing more of the same path meets. Without it a notch would stay between this end and the
     /// next.
     fn rim(&self, k: usize, at: DVec3, old: DVec3, around: &Surroundings<'_>) -> Option<DVec3> {
         let from = self.samples[k].anchor.as_ref()?.at;

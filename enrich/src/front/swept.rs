@@ -87,7 +87,7 @@ pub(crate) fn swept_pairs(
     found
 }
 
-/// Fraction of the way from one value to another at which their line is zero; a half if it is nowhere.
+/// Fraction of the distance from one value to another at which their line is zero; a half if it is nowhere.
 fn share_to_zero(from: f64, to: f64) -> f64 {
     let fall = from - to;
     if fall.abs() > 0.0 {

@@ -31,7 +31,7 @@ impl Contact {
     /// `z = x + dt v/2 + dt²/2 (a + f_c(z)/m)`.
     ///
     /// With the central difference method for everything else this is stable at the critical step of
-    /// the body alone, for any penalty: a mode of elastic fraction `e = ω² dt²` and contact share `κ` has
+    /// the body alone, for any penalty: a mode of elastic fraction `e = ω² dt²` and contact fraction `κ` has
     /// `(1 + κ/2) z² + (e − 2 + κ/2) z + 1 = 0`, inside the unit circle for `e < 4`. It damps what the
     /// step does not resolve of the contact's own vibration, and forces come half a step early.
     ///

@@ -22,7 +22,7 @@ pub(super) struct RigidMotions {
     pieces: Vec<(Vec<u32>, Inertia, RigidField)>,
 }
 
-/// Drag at a point between two pieces, or what is held.
+/// Drag at a point between two pieces, or what is fixed.
 pub(super) struct Drag {
     pub(super) pieces: [u32; 2],
     /// Slot of the point.

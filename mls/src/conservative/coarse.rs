@@ -30,7 +30,7 @@ const SMALLEST_CELL: f64 = 2.0;
 /// Nodes per spline, at the least: below this the coarse solve costs more than it saves.
 const NODES_PER_SPLINE: usize = 2;
 
-/// Places of the finest grid per node, at most: bodies that fill little of their box get wider cells.
+/// Positions of the finest grid per node, at most: bodies that fill little of their box get wider cells.
 const PLACES_PER_NODE: usize = 8;
 
 /// Splines of a grid that is factored, at most.

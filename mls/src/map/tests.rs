@@ -118,7 +118,7 @@ fn preimage_inverts_every_deformation() {
     }
 }
 
-/// What the dissertation's own ways back cost: eq. (62), `X = (Σ w F)⁻¹ Σ w (x − u + ∇u X_i)`, solves
+/// What the dissertation's own inverses cost: eq. (62), `X = (Σ w F)⁻¹ Σ w (x − u + ∇u X_i)`, solves
 /// eq. (61) once with weights at the world point instead of the unknown X. It finds no node once the body
 /// has moved off; with weights about the present positions it is a first guess. Eq. (63) averages u with
 /// weights that grow with the distance.

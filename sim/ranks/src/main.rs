@@ -39,7 +39,7 @@ struct Arguments {
     /// Changes a value of the scene; may be given again.
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Go on from a checkpoint, of any number of ranks or of `phyxel run`.
+    /// Continue from a checkpoint, of any number of ranks or of `phyxel run`.
     #[arg(long, value_name = "FILE", conflicts_with = "scene")]
     resume: Option<PathBuf>,
     /// Threads of each rank.

@@ -3,7 +3,7 @@
 use super::{Enrichment, EnrichmentGrid};
 use crate::graph::Graph;
 
-/// How φ enters the weight of a pair. The text (Aras 2014, p. 46) only says that the weight is to be 1
+/// How φ enters the weight of a pair. Aras (2014, p. 46) only says that the weight is to be 1
 /// on one side and 0 on the other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]

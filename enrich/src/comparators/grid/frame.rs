@@ -14,7 +14,7 @@ pub enum GridError {
     /// A coordinate is NaN or infinite.
     #[error("point {point} of the cut is not finite")]
     NotFinite {
-        /// Place of the point (its capture).
+        /// Position of the point (its capture).
         point: usize,
     },
     /// There is no piece.

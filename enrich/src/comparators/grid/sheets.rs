@@ -6,7 +6,7 @@ use super::frame::Frame;
 use super::{EnrichmentGrid, GridError, GridSettings};
 use crate::bounds::Bounds;
 
-/// Cosine of the largest angle between a piece and the common plane of its sheet, 45 degrees: the text
+/// Cosine of the largest angle between a piece and the common plane of its sheet, 45 degrees: Aras (2014)
 /// measures `d2⁺` in that plane, where it is shorter than along the piece by this.
 const LEAST_COSINE: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
@@ -15,7 +15,7 @@ const LEAST_COSINE_AT_START: f64 = 0.923_879_532_511_286_7;
 
 /// The lattices of one cut, in the order of the blade's motion.
 ///
-/// The text has one lattice for a cut and builds it again with every piece. A cut that turns, folds or
+/// Aras (2014) has one lattice for a cut and builds it again with every piece. A cut that turns, folds or
 /// comes back has no common plane; here a lattice ends where the next piece does not suit it, and stays
 /// as it was. The next one goes as far back as the pieces turn by half of what is allowed: beside the
 /// last piece of a sheet `d2⁺` is above 0 where that is tilted, so that its lattice does not sever there.

@@ -188,7 +188,7 @@ impl Level {
     }
 }
 
-/// Coarse splines that hold a fine one, with its share in them.
+/// Coarse splines that hold a fine one, with its fraction in them.
 pub(super) fn parents(s: usize) -> [(usize, f64); 2] {
     if s.is_multiple_of(2) {
         [(s / 2, 0.75), (s / 2 + 1, 0.25)]

@@ -107,7 +107,7 @@ pub(super) fn check(arguments: &CheckArguments) -> Result<(), CliError> {
     Ok(())
 }
 
-/// Wall time (s) that a run of the scene is estimated to take on the threads at hand, its shortest and its longest, and
+/// Wall time (s) that a run of the scene is estimated to take on the threads there are, its shortest and its longest, and
 /// pictures included.
 ///
 /// # Errors

@@ -28,7 +28,7 @@ pub(super) struct RunFlags {
     out: Option<PathBuf>,
     #[command(flatten)]
     overrides: Overrides,
-    /// Go on from a checkpoint, in its folder unless --out names another. Only `integration` and
+    /// Continue from a checkpoint, in its folder unless --out names another. Only `integration` and
     /// `observe` of its scene can be set.
     #[arg(long, value_name = "FILE")]
     resume: Option<PathBuf>,

@@ -19,7 +19,7 @@ use phyxel::scene::Scene;
 /// Length of a tick: events are taken and a state is offered between two.
 const TICK: Duration = Duration::from_millis(4);
 /// Time after which steps that have fallen behind are left for a look at what clients want: it adds to the
-/// time in which a hand is answered.
+/// time in which a user is answered.
 const LONGEST: Duration = Duration::from_millis(2);
 /// Simulated time (s) that may be made up for after a delay; beyond it the clock slips.
 const BEHIND: f64 = 0.03;
@@ -123,7 +123,7 @@ struct Show {
     server: Server,
     sources: Sources,
     folder: OutputFolder,
-    /// The scene as it was before hands got it.
+    /// The scene as it was before users got it.
     base: Scene,
     session: Session,
     skins: Skins,
@@ -140,10 +140,10 @@ struct Show {
     owners: Owners,
     /// Whether there is a state that no client was offered.
     fresh: bool,
-    /// Whether a hand moved since the last step: it is answered before the tick is over.
+    /// Whether a user moved something since the last step: this is answered before the tick is over.
     hurried: bool,
     clock: Clock,
-    /// Doubts of this epoch's world that clients have been told.
+    /// Doubts of this epoch's world that were reported to clients.
     doubts: usize,
     /// Steps taken when a step was lost last.
     lost_at: Option<u64>,
@@ -247,7 +247,7 @@ impl Show {
         }
     }
 
-    /// Sends the state at once if a hand waits for it.
+    /// Sends the state at once if a user waits for it.
     fn answer(&mut self) {
         if std::mem::take(&mut self.hurried) && self.server.wants_state() {
             self.send_state();

@@ -1,4 +1,4 @@
-//! The world with the hands in it, step by step.
+//! The world with the users' tools in it, step by step.
 
 mod blade;
 
@@ -21,7 +21,7 @@ use phyxel_scene::SceneError;
 /// can be distinguished.
 const CAPTURE: f64 = 0.6;
 /// Triangles of a cut by which surfaces grow at a time: a capture adds about 30, whose skin takes as long as
-/// several steps, and a hand is answered between two helpings.
+/// several steps, and a user is answered between two helpings.
 const HELPING: usize = 8;
 /// A session that cannot start or continue.
 #[derive(Debug, thiserror::Error)]
@@ -92,12 +92,12 @@ pub struct Session {
     strokes: usize,
     score: Score,
     forces: Forces,
-    /// Ways (m) of blade, tools and grip in this step.
+    /// Displacements (m) of blade, tools and grip in this step.
     moved: [f64; 3],
 }
 
 impl Session {
-    /// Builds the world of a scene, made ready for hands.
+    /// Builds the world of a scene, made ready for users.
     ///
     /// # Errors
     /// [`SessionError`].
@@ -193,7 +193,7 @@ impl Session {
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// Puts a tool somewhere at once: a hand takes it up, or lays it aside (`None`).
+    /// Puts a tool somewhere at once: a user takes it up, or lays it aside (`None`).
     pub fn put_tool(&mut self, tool: usize, pose: Option<Pose>) {
         let parked = Pose {
             position: PARKED,
@@ -232,7 +232,7 @@ impl Session {
         }
     }
 
-    /// Opens the hand.
+    /// Releases the grip.
     pub fn let_go(&mut self) {
         if let Some(hand) = &mut self.hand {
             hand.open = true;
@@ -393,7 +393,7 @@ impl Session {
         before.map(|before| self.restore(before)).is_some()
     }
 
-    /// Goes back to the start: after settling, or to its beginning while it lasts or where hands did something in it.
+    /// Goes back to the start: after settling, or to its beginning while it lasts or where users did something in it.
     pub fn reset(&mut self) {
         if let Some(start) = self.ring.reset() {
             self.restore(start);

@@ -1,4 +1,4 @@
-//! A scene made ready for hands.
+//! A scene made ready for users.
 
 use std::path::Path;
 

@@ -192,7 +192,7 @@ fn clips(
     }
 }
 
-/// Places as plain numbers.
+/// Positions as plain numbers.
 pub(super) fn plain(points: &[DVec3]) -> Vec<[f64; 3]> {
     points.iter().map(DVec3::to_array).collect()
 }

@@ -46,7 +46,7 @@ pub(super) fn tool_states(world: &World) -> Vec<ToolState> {
     tools.collect()
 }
 
-/// The scene as clients see it. `base` is what it was before hands got it.
+/// The scene as clients see it. `base` is what it was before users got it.
 pub(super) fn scene_of(
     epoch: u32,
     session: &Session,

@@ -1,4 +1,4 @@
-//! `input.csv`: what tools, blades and hands did, step by step; written by a run, read by a replay.
+//! `input.csv`: what tools, blades and users did, step by step; written by a run, read by a replay.
 //!
 //! A tool's row has its position and its rotation as a quaternion at the end of the step; an edge has a
 //! row per point. A grip has its point and its radius as the value, a pull its way, gravity its

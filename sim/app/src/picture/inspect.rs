@@ -24,7 +24,7 @@ const GREEN: Vec3 = Vec3::new(0.02, 0.3, 0.05);
 /// Nodes and their pairs, as the model has them.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PairGraph<'a> {
-    /// Places (m) of the nodes.
+    /// Positions (m) of the nodes.
     pub(super) nodes: &'a [DVec3],
     /// Starts of the rows, shape `(n + 1)`.
     pub(super) offsets: &'a [u32],
@@ -134,7 +134,7 @@ fn dots(at: &[DVec3], mark: f64) -> DrawnMesh {
 }
 
 /// Points of lattices, coloured by a value from -1 to 1: each has so many along x, y and z, and a function that gives
-/// place (m) and value of its k-th, x running fastest. Of many only every second is drawn, or every third and so
+/// position (m) and value of its k-th, x running fastest. Of many only every second is drawn, or every third and so
 /// on. They are of a model whose nodes lie `spacing` (m) apart; one mesh for each shade.
 pub(super) fn drawn_lattices<F: Fn(usize) -> (DVec3, f64)>(
     lattices: impl IntoIterator<Item = ([usize; 3], F)>,

@@ -21,7 +21,7 @@ const NEAREST: usize = 12;
 /// `sqrt((j + 1/2) / π)`, as π r² / area - 1/2 others lie within r. On a square lattice it is 1.47.
 const MEAN_OVER_ROOT: f64 = 1.44;
 
-/// Each body's share of a number of surfels for all that share one: its size squared over the sum of
+/// Each body's fraction of a number of surfels for all that share one: its size squared over the sum of
 /// them, the size being the cube root of the volume.
 pub(super) fn shares(world: &World) -> Vec<f64> {
     let squares = world.members().iter().zip(&world.scene().bodies);

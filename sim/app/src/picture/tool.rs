@@ -62,7 +62,7 @@ fn blades(world: &World) -> Vec<DrawnMesh> {
         .collect()
 }
 
-/// Way of the edge's middle over a short time about now, from where it was to where it goes.
+/// Path of the edge's middle over a short time about now, from where it was to where it goes.
 fn edge_motion(cut: &Cut, time: f64) -> DVec3 {
     let half = 0.01 * (cut.end() - cut.start());
     let time = time.clamp(cut.start() + half, cut.end() - half);

@@ -77,7 +77,7 @@ pub(super) fn of(
 /// Fraction of the elastic energy above which energy added by an update of a cut is reported.
 const LARGEST_CUT_ADDITION: f64 = 0.01;
 
-/// Unexplained energy of an end, relative, above which it is told.
+/// Unexplained energy of an end, relative, above which it is reported.
 const LARGEST_IMBALANCE: f64 = 0.01;
 
 /// Whether anything moved, and the energy that nothing explains, relative to the larger of what is stored and what

@@ -140,7 +140,7 @@ pub fn replay(
     go(scene, From::Input(inputs), options, None)
 }
 
-/// Goes on with a run from a checkpoint ([`crate::output::read_checkpoint`]). The results are those
+/// Continues a run from a checkpoint ([`crate::output::read_checkpoint`]). The results are those
 /// of a run that was never interrupted, bit for bit, timings aside; frames drawn before are taken from
 /// the folder where they are there.
 ///
@@ -281,7 +281,7 @@ struct Begun {
     time: f64,
 }
 
-/// A scene on its way.
+/// A scene that runs.
 struct Run {
     begun: Begun,
     folder: OutputFolder,

@@ -171,7 +171,7 @@ fn write_body(text: &mut String, body: &BodySummary) -> fmt::Result {
     row!(
         text,
         "size",
-        "{nodes} nodes, {pairs} pairs, {tetrahedra} tetrahedra, {supported} nodes held, {apart:.2} mm apart"
+        "{nodes} nodes, {pairs} pairs, {tetrahedra} tetrahedra, {supported} nodes fixed, {apart:.2} mm apart"
     );
     let (change, moved) = (mass_after / mass_before - 1.0, 1e2 * body.moved_mass);
     row!(

@@ -264,7 +264,7 @@ pub struct Timings {
     pub update_to_step: Option<Latency>,
 }
 
-/// One phase's share.
+/// One phase's fraction.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct PhaseTiming {
     /// Name.

@@ -120,7 +120,7 @@ fn row<'a>(plan: &Plan, case: &'a Case, sweep: &Path) -> Option<Row<'a>> {
     })
 }
 
-/// The value at a path, or the path of the last value on the way that is there.
+/// The value at a path, or the path of the last value on it that is there.
 fn at_path<'a>(value: &'a Value, path: &str) -> Result<&'a Value, KeyPath> {
     let mut value = value;
     let path = KeyPath::parse(path).unwrap_or(KeyPath(Vec::new()));

@@ -215,7 +215,7 @@ impl ResultColumn {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PlanError {
-    /// The text is not as it must be.
+    /// The plan is not as it must be.
     #[error(transparent)]
     Text(#[from] TextError),
     /// A change that all cases share cannot be understood.
@@ -252,7 +252,7 @@ impl Plan {
         Self::from_text(&text, file)
     }
 
-    /// As [`Plan::load`], for a text that is at hand; `file` names it in messages, and relative paths
+    /// As [`Plan::load`], for a text in memory; `file` names it in messages, and relative paths
     /// start at its folder.
     ///
     /// # Errors

@@ -13,7 +13,7 @@ pub(super) struct Quantiles {
     pub(super) at: [f64; SHARES.len()],
 }
 
-/// Shares of the values that lie below the quantiles.
+/// Fractions of the values that lie below the quantiles.
 pub(super) const SHARES: [f64; 7] = [0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0];
 
 /// Mean, deviation and quantiles of finite values; `None` of none.

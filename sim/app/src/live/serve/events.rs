@@ -1,4 +1,4 @@
-//! What clients' hands do.
+//! What clients' users do.
 
 use glam::{DQuat, DVec3};
 use phyxel_live::{ClientId, Event, Hand, HandPhase, To};

@@ -8,10 +8,10 @@ use phyxel_live::{BladeLead, Led};
 
 use super::{Checkpoint, Session};
 
-/// Strokes that may wait, the one on its way included: a user draws far faster than a blade may be driven.
+/// Strokes that may wait, the one under way included: a user draws far faster than a blade may be driven.
 const MOST_STROKES: usize = 8;
 
-/// A stroke on its way, or one that waits for the one before.
+/// A stroke under way, or one that waits for the one before.
 #[derive(Debug)]
 pub(super) struct Stroke {
     lead: BladeLead,
@@ -46,7 +46,7 @@ impl Session {
         true
     }
 
-    /// Leads the blade of the newest stroke on.
+    /// Drives the blade of the newest stroke on.
     pub fn lead_stroke(&mut self, edge: &[DVec3]) {
         if let Some(stroke) = self.stroke.back_mut() {
             let count = stroke.lead.edge().len();
@@ -66,7 +66,7 @@ impl Session {
         }
     }
 
-    /// Leads the blade for a step (s); the edge that is to be captured in it, one at most.
+    /// Drives the blade for a step (s); the edge that is to be captured in it, one at most.
     pub(super) fn lead_blade(&mut self, step: f64) -> Option<(StrokePhase, Vec<DVec3>)> {
         if self.stroke.front()?.before.is_none() {
             let before = Some(self.checkpoint());
