@@ -9,7 +9,8 @@
 //!
 //! `n_i` the pairs that the node had, `f_ij` the fraction that the cut left of one; together they hold as one whole pair at
 //! least. It is objective, conserves momenta, is bounded in stiffness and has no state that it could invert from. `d` begins
-//! where the bonds hold no more energy than the node's strain did, takes up what a bond gains in stiffness, and decays.
+//! where the bonds hold no more energy than the node's strain did, takes up what a bond gains in stiffness, and decays
+//! where that lowers the bond's energy: one that is drawn out stays so until it slackens.
 
 use glam::{DMat3, DVec3};
 
@@ -93,13 +94,15 @@ impl Bond {
         0.5 * tension * tension / self.stiffness
     }
 
-    /// Multiplies `d` with a factor; the first half of the work (J).
+    /// Multiplies `d` with a factor, but only as far as this takes tension or pressure from the bond: one that is drawn out
+    /// keeps its length until it slackens, so that no decay adds energy. The first half of the work (J), at most 0.
     pub(crate) fn decay(&mut self, factor: f64) -> f64 {
-        if self.offset == 0.0 {
+        let stretch = self.length - self.natural;
+        if self.offset == 0.0 || stretch / self.offset >= 1.0 {
             self.decayed = 0.0;
             return 0.0;
         }
-        let mut next = self.offset * factor;
+        let mut next = self.offset * factor.max(stretch / self.offset);
         if next.abs() < SMALLEST_OFFSET * self.natural {
             next = 0.0;
         }

@@ -42,8 +42,8 @@ impl Elastic {
     }
 
     /// Those of `nodes` whose rebuilt full rows cannot keep the gradients `before`: they see the body at
-    /// `positions` (m) all but flat, inverted or not at all where it was not, so that `I + A` has a
-    /// Frobenius norm above 3 (that of no change is 1.7).
+    /// `positions` (m) all but flat, blown up, inverted or not at all where it was not, so that `I + A` or its inverse
+    /// has a Frobenius norm above 3 (that of no change is 1.7).
     ///
     /// # Panics
     /// As [`Elastic::retain_gradients`].
