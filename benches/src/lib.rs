@@ -5,6 +5,9 @@
 //! many and writes them as CSV. `cargo run --release -p benches -- NAME` runs one study.
 
 pub mod batch;
+#[allow(clippy::cast_possible_truncation, reason = "draws among few")]
+mod combined;
+
 pub mod cook;
 pub mod cracks;
 pub mod draw;

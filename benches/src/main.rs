@@ -32,6 +32,10 @@ enum Verdict {
     Matrix(Batch),
     /// Scenes of a seeded generator: block and liver, any stiffness and gravity, three random strokes.
     Random {
+        /// All that scenes can say: shapes, meshes of `PHYXEL_MESHES`, laws, samplings, moving supports, tools, contact,
+        /// schemes.
+        #[arg(long)]
+        all: bool,
         /// Seed of the generator.
         #[arg(long, default_value_t = 1)]
         seed: u64,
@@ -197,7 +201,12 @@ fn main() -> ExitCode {
 fn run_verdict(study: &Verdict) -> Result<bool, StudyError> {
     match study {
         Verdict::Matrix(batch) => run_matrix(batch),
-        Verdict::Random { seed, count, batch } => run_random(*seed, *count, batch),
+        Verdict::Random {
+            all,
+            seed,
+            count,
+            batch,
+        } => run_random(*all, *seed, *count, batch),
         Verdict::Organs(batch) => run_organs(batch),
         Verdict::Grids(batch) => run_grids(batch),
         Verdict::Griffith(one) => run_griffith(one),
@@ -278,9 +287,9 @@ fn run_matrix(batch: &Batch) -> Result<bool, StudyError> {
     verdict(&matrix::breaches(&rows))
 }
 
-fn run_random(seed: u64, count: u32, batch: &Batch) -> Result<bool, StudyError> {
+fn run_random(all: bool, seed: u64, count: u32, batch: &Batch) -> Result<bool, StudyError> {
     let count = if batch.quick { count.min(5) } else { count };
-    let cases = random::cases(seed, count)?;
+    let cases = random::cases(seed, count, all)?;
     let Some(rows) = run_batch(cases.clone(), batch, "random.csv")? else {
         return Ok(true);
     };

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use phyxel::scene::{Body, MaterialSettings, Region, Scene, Shape, Target};
-use phyxel_discretize::{RepairSettings, Solid, read_mesh, repair};
+use phyxel_discretize::{Bounds, Placement, RepairSettings, Solid, read_mesh, repair};
 
 use crate::batch::Case;
 use crate::error::StudyError;
@@ -82,6 +82,17 @@ pub(crate) fn meshes(folder: &Path) -> Result<Vec<PathBuf>, StudyError> {
     }
     files.sort();
     Ok(files)
+}
+
+/// The shape of a mesh as a scene has it, and its box (m).
+pub(crate) fn tissue(file: &Path) -> Result<(Shape, Bounds), StudyError> {
+    let shape = default_scene(file)?.bodies.remove(0).shape;
+    let solid = shape.solid(&Placement::IDENTITY);
+    let (solid, _) = solid.map_err(|error| StudyError::Mesh {
+        file: file.to_owned(),
+        problem: error.to_string(),
+    })?;
+    Ok((shape, solid.bounds()))
 }
 
 fn default_scene(file: &Path) -> Result<Scene, StudyError> {

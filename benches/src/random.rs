@@ -8,6 +8,7 @@ use serde::Serialize;
 use testkit::cloud::Random;
 
 use crate::batch::Case;
+use crate::combined;
 use crate::error::StudyError;
 use crate::row::Row;
 
@@ -28,17 +29,19 @@ pub const ENDING: [f64; 3] = [1.0, 0.98, 0.0];
 /// Most energy that the updates of a stroke may add, over what is stored.
 pub const ADDED_BY_STROKE: f64 = 0.01;
 
-/// `count` scenes of a seed. A scene depends on the seed and on its own number alone.
+/// `count` scenes of a seed. A scene depends on the seed and on its own number alone, and on the folder of meshes if it
+/// may say `all` that scenes can say.
 ///
 /// # Errors
-/// [`StudyError::Scene`] if the generator makes a scene that is not valid.
-pub fn cases(seed: u64, count: u32) -> Result<Vec<Case>, StudyError> {
+/// [`StudyError::Scene`] if the generator makes a scene that is not valid; those of meshes.
+pub fn cases(seed: u64, count: u32, all: bool) -> Result<Vec<Case>, StudyError> {
     let numbers = 0..count;
     numbers
         .map(|number| {
             let mut random = Random::new(Random::new(seed).bits() ^ u64::from(number));
-            let name = format!("random-{seed}-{number:03}");
-            let mut scene = scene(&mut random);
+            let kind = if all { "all" } else { "random" };
+            let name = format!("{kind}-{seed}-{number:03}");
+            let mut scene = scene(&mut random, all)?;
             scene.name.clone_from(&name);
             // Read back, so that what is run is valid.
             let scene = phyxel_scene::from_text(&phyxel_scene::to_ron(&scene), &name, "", &[])?;
@@ -47,28 +50,29 @@ pub fn cases(seed: u64, count: u32) -> Result<Vec<Case>, StudyError> {
         .collect()
 }
 
-fn between(random: &mut Random, [low, high]: [f64; 2]) -> f64 {
+pub(crate) fn between(random: &mut Random, [low, high]: [f64; 2]) -> f64 {
     random.range(low, high)
 }
 
-fn between_log(random: &mut Random, [low, high]: [f64; 2]) -> f64 {
+pub(crate) fn between_log(random: &mut Random, [low, high]: [f64; 2]) -> f64 {
     random.range(low.ln(), high.ln()).exp()
 }
 
 /// Uniform on the unit sphere.
-fn direction(random: &mut Random) -> DVec3 {
+pub(crate) fn direction(random: &mut Random) -> DVec3 {
     let z = random.range(-1.0, 1.0);
     let (angle, r) = (random.range(0.0, TAU), (1.0 - z * z).sqrt());
     DVec3::new(r * angle.cos(), r * angle.sin(), z)
 }
 
-fn scene(random: &mut Random) -> Scene {
-    let (shape, half, region) = if random.unit() < 0.5 {
+fn scene(random: &mut Random, all: bool) -> Result<Scene, StudyError> {
+    let (mut body, half, region) = if all && random.unit() < 0.6 {
+        combined::body(random)?
+    } else if random.unit() < 0.5 {
         block(random)
     } else {
         liver(random)
     };
-    let mut body = Body::new(shape);
     #[allow(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
@@ -98,11 +102,14 @@ fn scene(random: &mut Random) -> Scene {
         scene.cuts.push(cut);
     }
     scene.integration.duration = time + 0.3;
-    scene
+    if all {
+        combined::combine(random, half, &mut scene);
+    }
+    Ok(scene)
 }
 
-/// A box held by one of its faces: shape, half extents (m), fixed region.
-fn block(random: &mut Random) -> (Shape, DVec3, Region) {
+/// A box held by one of its faces: body, half extents (m), fixed region.
+fn block(random: &mut Random) -> (Body, DVec3, Region) {
     let half = DVec3::from_array([0.0; 3].map(|_: f64| random.range(0.02, 0.1)));
     let axis = (random.bits() % 3) as usize;
     let side = if random.unit() < 0.5 { 1.0 } else { -1.0 };
@@ -112,11 +119,11 @@ fn block(random: &mut Random) -> (Shape, DVec3, Region) {
         point: normal * (0.995 * half[axis]),
         normal,
     };
-    (Shape::Box { size: 2.0 * half }, half, region)
+    (Body::new(Shape::Box { size: 2.0 * half }), half, region)
 }
 
 /// The liver held as in the embedded scene.
-fn liver(random: &mut Random) -> (Shape, DVec3, Region) {
+fn liver(random: &mut Random) -> (Body, DVec3, Region) {
     let width = random.range(0.1, 0.2);
     let scale = width / 0.166;
     let region = Region::Box {
@@ -125,7 +132,7 @@ fn liver(random: &mut Random) -> (Shape, DVec3, Region) {
     };
     // Half of the organ's box.
     let half = DVec3::new(0.5, 0.35, 0.4) * width;
-    (Shape::Liver { width }, half, region)
+    (Body::new(Shape::Liver { width }), half, region)
 }
 
 /// A stroke that begins outside, passes a position in the body and ends inside or beyond it, while the

@@ -244,6 +244,11 @@ pub const CLAIMS: &[Claim] = &[
         run: scenes::random_scenes_depend_on_seed_and_number,
     },
     Claim {
+        name: "random-keys",
+        about: "random scenes draw every key of scenes but those that are listed",
+        run: scenes::random_scenes_say_all_that_scenes_can,
+    },
+    Claim {
         name: "command-line",
         about: "studies are listed, a misspelt one is named",
         run: studies::studies_are_listed_and_a_misspelt_one_is_named,

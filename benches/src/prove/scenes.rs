@@ -1,5 +1,9 @@
 //! Whole scenes of the validation suite, and the problems with a known answer.
 
+use std::collections::{BTreeMap, BTreeSet};
+
+use serde_json::Value;
+
 use super::Proof;
 use phyxel_cli::cli::run_time;
 use phyxel_cli::run::{RunOptions, pool, run};
@@ -71,7 +75,7 @@ pub(super) fn check_accepts_what_runs(proof: &mut Proof) {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let options = RunOptions::quiet(folder.path(), 1);
     let one = pool(Some(1)).expect("a thread can be had");
-    for Case { name, scene } in random::cases(45, SCENES).expect("valid") {
+    for Case { name, scene } in random::cases(45, SCENES, false).expect("valid") {
         let estimate = one.install(|| run_time(&scene));
         let ran = run(&scene, &options);
         let off = match (&estimate, &ran) {
@@ -89,7 +93,60 @@ pub(super) fn check_accepts_what_runs(proof: &mut Proof) {
 }
 
 pub(super) fn random_scenes_depend_on_seed_and_number(proof: &mut Proof) {
-    let [few, more] = [2, 4].map(|count| random::cases(7, count).expect("valid"));
-    proof.holds("two are the first of four", few[..] == more[..2]);
-    proof.holds("they differ", few[0].scene.cuts != few[1].scene.cuts);
+    for all in [false, true] {
+        let [few, more] = [2, 4].map(|count| random::cases(7, count, all).expect("valid"));
+        proof.holds("two are the first of four", few[..] == more[..2]);
+        proof.holds("they differ", few[0].scene.cuts != few[1].scene.cuts);
+    }
+}
+
+/// What no random scene says: what is not of one body's mechanics, and what is there to compare with.
+const NOT_DRAWN: [&str; 18] = [
+    "version",
+    "description",
+    "observe",
+    "pictures",
+    "bodies.name",
+    "bodies.rotation",
+    "bodies.scale",
+    "bodies.velocity",
+    "bodies.moved_mass",
+    "bodies.surfels",
+    "bodies.method",
+    "bodies.cut_rule",
+    "bodies.sampling.limit",
+    "bodies.material.tissue",
+    "bodies.material.density",
+    "bodies.material.stabilization",
+    "bodies.inclusions.fiber",
+    "supports.body",
+];
+
+/// A key of scenes that `random --all` does not draw is in the list, with the others of which that is known.
+pub(super) fn random_scenes_say_all_that_scenes_can(proof: &mut Proof) {
+    fn collect(value: &Value, at: &str, found: &mut BTreeMap<String, BTreeSet<String>>) {
+        match value {
+            Value::Object(fields) => {
+                for (key, value) in fields {
+                    collect(value, &format!("{at}.{key}"), found);
+                }
+            }
+            Value::Array(items) if items.iter().any(|item| !item.is_number()) => {
+                items.iter().for_each(|item| collect(item, at, found));
+            }
+            _ => {
+                let at = at.trim_start_matches('.').to_owned();
+                found.entry(at).or_default().insert(value.to_string());
+            }
+        }
+    }
+    let mut found = BTreeMap::new();
+    for case in random::cases(8, 200, true).expect("valid") {
+        let scene = serde_json::to_value(&case.scene).expect("a scene is data");
+        collect(&scene, "", &mut found);
+    }
+    let same = found.iter().filter(|(_, values)| values.len() == 1);
+    let unknown = same.filter(|(key, _)| !NOT_DRAWN.iter().any(|known| key.starts_with(known)));
+    let unknown: Vec<String> = unknown.map(|(key, _)| key.clone()).collect();
+    proof.none(format!("of {} keys", found.len()), &unknown);
 }
