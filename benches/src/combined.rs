@@ -90,10 +90,8 @@ pub(crate) fn combine(random: &mut Random, half: DVec3, scene: &mut Scene) {
         _ => Scheme::EnergyMomentum { step, tolerance },
     };
     let explicit = scene.integration.scheme.step().is_none();
-    match &mut scene.integration.settle {
-        settle if has(random, 0.15) => *settle = None,
-        Some(settle) if has(random, 0.2) => settle.rest = Rest::Equilibrium,
-        _ => {}
+    if has(random, 0.3) {
+        scene.integration.step_factor = random.range(0.3, 0.8);
     }
     if explicit && has(random, 0.2) {
         scene.bodies[0].damping_ratio = random.range(0.05, 0.5);
@@ -101,6 +99,13 @@ pub(crate) fn combine(random: &mut Random, half: DVec3, scene: &mut Scene) {
     scene.bodies[0].damping = between_log(random, [0.2, 10.0]);
     if has(random, 0.35) {
         scene.tools.push(tool(random, half, end, explicit));
+    }
+    match &mut scene.integration.settle {
+        settle if has(random, 0.15) => *settle = None,
+        Some(settle) if scene.tools.is_empty() && has(random, 0.25) => {
+            settle.rest = Rest::Equilibrium
+        }
+        _ => {}
     }
     if explicit && has(random, 0.25) {
         scene.contact = Some(BodyContact {
@@ -179,7 +184,7 @@ fn sampling(random: &mut Random, half: DVec3, body: &mut Body) {
             from,
             to: from + 0.5 * half * direction(random),
             radius: random.range(0.2, 0.5) * half.min_element(),
-            factor: 0.5,
+            factor: random.range(0.25, 0.9),
         });
     }
 }
@@ -256,5 +261,6 @@ fn tool(random: &mut Random, half: DVec3, end: f64, released: bool) -> Tool {
     path[1].position = side * (half.min_element() + radius) * random.range(0.8, 1.1);
     let mut tool = Tool::new(shape, path);
     tool.friction = random.range(0.0, 0.8);
+    tool.scale = random.range(0.8, 1.2);
     tool
 }

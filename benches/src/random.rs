@@ -29,6 +29,9 @@ pub const ENDING: [f64; 3] = [1.0, 0.98, 0.0];
 /// Most energy that the updates of a stroke may add, over what is stored.
 pub const ADDED_BY_STROKE: f64 = 0.01;
 
+/// Most energy that the audit may leave unexplained at the end, over what is stored or was damped.
+pub const UNEXPLAINED: f64 = 0.01;
+
 /// `count` scenes of a seed. A scene depends on the seed and on its own number alone, and on the folder of meshes if it
 /// may say `all` that scenes can say.
 ///
@@ -231,6 +234,11 @@ pub fn breaches(rows: &[Row]) -> Vec<String> {
             found.push(format!(
                 "{}: load {:.3}: a stroke adds {:.3} of what is stored",
                 row.scene, row.load, row.added_by_stroke
+            ));
+        } else if row.imbalance > UNEXPLAINED {
+            found.push(format!(
+                "{}: load {:.3}: {:.3} of its energy is unexplained",
+                row.scene, row.load, row.imbalance
             ));
         }
     }
