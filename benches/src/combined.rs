@@ -103,7 +103,7 @@ pub(crate) fn combine(random: &mut Random, half: DVec3, scene: &mut Scene) {
     match &mut scene.integration.settle {
         settle if has(random, 0.15) => *settle = None,
         Some(settle) if scene.tools.is_empty() && has(random, 0.25) => {
-            settle.rest = Rest::Equilibrium
+            settle.rest = Rest::Equilibrium;
         }
         _ => {}
     }
