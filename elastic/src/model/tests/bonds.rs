@@ -81,7 +81,8 @@ fn weakening_never_adds_energy_and_its_decay_is_booked() {
         let after = kept.forces_into(&x, &mut f);
         assert!(after <= before, "{after} from {before} at {by}");
         // Where they were drawn out, bonds keep their length.
-        assert_eq!(kept.decay(0.98).sums()[1], 0.0, "a work on what is drawn");
+        let work = kept.decay(0.98).sums()[1];
+        assert_within("work on what is drawn", work, 0.0, 0.0);
         // Elsewhere some are slack: at fixed positions, the work of a decay is what the energy changes by.
         let x = shaken(&rest, by, 6);
         let start = kept.forces_into(&x, &mut f);
