@@ -2,6 +2,7 @@
 
 pub(crate) mod disks;
 mod drag;
+mod kept;
 mod lists;
 mod press;
 mod sums;
@@ -24,6 +25,8 @@ const DEEPEST: f64 = 1.0;
 /// Largest cosine between the normals of a pair: they face each other. At -0.2 the sides of a block that tilts by 12
 /// degrees meet what lies on it, as if that had come from beside.
 const FACING: f64 = -0.5;
+/// Cosine from which on they do so in full. Weights that end at once fed a ball in a ring by a quarter of what was stored.
+const FACING_IN_FULL: f64 = -0.9;
 /// Gap (spacings) above which a pair plays no part.
 const NEAR: f64 = 0.5;
 /// Displacement (spacings) that lists of pairs leave room for.
@@ -76,7 +79,7 @@ pub struct DeformableState {
     pub energy: f64,
     /// Energy (J) that friction dissipated; never falls.
     pub dissipated: f64,
-    /// Work (J) of the offsets on the springs.
+    /// Work (J) of the offsets, and of cuts, on the springs.
     pub offset_work: f64,
     /// Where nodes (m) were when pairs were listed; empty before.
     pub listed_at: Vec<DVec3>,
@@ -101,7 +104,8 @@ pub struct Moved<'a> {
 ///
 /// Every point `p` of area `a` meets disks `q`. With `ξ* = (TᵀT)⁻¹Tᵀ(x_p − x_q)`, its foot on the disk's plane, and the
 /// gap `g = n_q·(x_p − x_q)` the energy is `½ Σ_p a_p Σ_q φ̂(ξ*) (k/2) ⟨s_p − g⟩²`: half, as both sides have points. The
-/// weights `φ = (1 − |ξ*|²/R²)²` sum to 1 amid a sheet. All forces are derivatives of this energy, so momentum and
+/// weights `φ = (1 − |ξ*|²/R²)² w(n_p·n_q)`, of which `w` fades as normals turn away from each other, sum to 1 amid a
+/// sheet. All forces are derivatives of this energy, so momentum and
 /// angular momentum of each pair are kept. The penalty is `k = κE/h`. Each point's offset `s_p` learns the mean gap
 /// step by step (Uzawa 1958; an augmented Lagrangian), so that pressed surfaces meet.
 /// Friction is Coulomb's, by return mapping of the slip `T dξ*`. Drag damps what lies on something.
@@ -128,6 +132,8 @@ pub struct DeformableContact {
     rebuilds: u64,
     /// Sums of the last step.
     between: Vec<DeformableForce>,
+    /// Energies (J) of points while their samples are taken out.
+    stored: Vec<f64>,
 }
 
 impl DeformableContact {
@@ -172,8 +178,9 @@ impl DeformableContact {
             amplification: 1.0,
             rebuilds: 0,
             between: Vec::new(),
+            stored: Vec::new(),
         };
-        contact.set_disks(disks);
+        contact.set_disks(disks, &[]);
         contact
     }
 
@@ -215,18 +222,24 @@ impl DeformableContact {
             && (state.offsets.iter()).all(|x| x.is_nan() || x.is_finite())
     }
 
-    /// Takes the samples out, to be changed and given back by [`DeformableContact::set_disks`].
+    /// Takes the samples out, to be changed and given back by [`DeformableContact::set_disks`] before nodes move from
+    /// where they are (m).
+    ///
+    /// # Panics
+    /// If there are fewer positions than the samples' nodes require.
     #[must_use]
-    pub fn take_disks(&mut self) -> ContactDisks {
+    pub fn take_disks(&mut self, positions: &[DVec3]) -> ContactDisks {
+        self.stored = self.energies(positions);
         std::mem::take(&mut self.disks)
     }
 
     /// Takes samples, of which the first are those of before, perhaps with other rows, as after a cut. Points remember
-    /// their offsets and slips; new ones begin without a push.
+    /// their slips, and the energies of their springs by offsets that follow the gaps of the new rows: nothing pushes that
+    /// did not, and a cut adds no energy. New ones begin without a push.
     ///
     /// # Panics
     /// If there are fewer samples than before, or of more bodies than there are.
-    pub fn set_disks(&mut self, disks: ContactDisks) {
+    pub fn set_disks(&mut self, disks: ContactDisks, positions: &[DVec3]) {
         let bodies = self.allowed.len().isqrt();
         let known = |sample: &disks::DiskSample| (sample.body as usize) < bodies;
         assert!(disks.samples.iter().all(known), "{bodies} bodies");
@@ -241,7 +254,9 @@ impl DeformableContact {
         let amplifications = (0..disks.len()).map(|p| disks.amplification(p));
         self.amplification = amplifications.fold(1.0, f64::max);
         self.disks = disks;
-        self.state.listed_at.clear();
+        if !std::mem::take(&mut self.state.listed_at).is_empty() {
+            self.keep_energies(positions);
+        }
     }
 
     /// How often lists of pairs were made.
@@ -342,20 +357,6 @@ impl DeformableContact {
 
     fn listed(&self, [begin, end]: &[u32; 2]) -> &[u32] {
         &self.lists[*begin as usize..*end as usize]
-    }
-
-    /// Lets two bodies, or a body and itself, touch from now on.
-    ///
-    /// # Panics
-    /// If there is no such body.
-    pub fn allow(&mut self, a: u32, b: u32) {
-        let bodies = self.allowed.len().isqrt();
-        for (a, b) in [(a, b), (b, a)] {
-            let allowed = &mut self.allowed[a as usize * bodies + b as usize];
-            if !std::mem::replace(allowed, true) {
-                self.state.listed_at.clear();
-            }
-        }
     }
 
     fn stiffness(&self, a: u32, b: u32) -> f64 {

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use phyxel_discretize::{sample_surfels, surface_mesh};
 use phyxel_integrate::{
     ContactDisks, DeformableContact, DeformableForce, DeformableSettings, DeformableState,
@@ -12,7 +12,6 @@ use phyxel_splat::{BindSettings, Tissue, TissueSettings};
 
 use crate::Member;
 use crate::contact_surface::surface_triangles_of;
-use crate::cutting::graph_of;
 use crate::error::{BodyProblem, WorldError};
 use crate::scene::{self, Between, Scene};
 
@@ -32,8 +31,6 @@ pub(crate) struct DeformableBodies {
     tissues: Vec<Tissue>,
     /// Sample of each surfel, body by body.
     samples: Vec<Vec<u32>>,
-    /// Samples at the front of a cut, which touch nothing, body by body, of the surfels that cuts made.
-    at_front: Vec<Vec<bool>>,
     /// Triangles of each body's outside at each of their corners; none where nodes are mere points.
     outside: Vec<HashMap<u32, Vec<[u32; 3]>>>,
     /// Where each body's nodes begin among those of all.
@@ -48,8 +45,6 @@ pub(crate) struct DeformableBodies {
     /// Number of each node's free piece.
     pieces: Vec<u32>,
     forces: Vec<DVec3>,
-    /// Whether each body touches itself once it is cut.
-    touch_themselves: Vec<bool>,
     /// How often pairs had been listed when the eigenvalue was bounded.
     bounded: u64,
 }
@@ -81,8 +76,7 @@ impl DeformableBodies {
             ..DeformableSettings::default()
         };
         let name = |body: u32| scene.bodies[body as usize].name.as_str();
-        // A body may touch itself from its first cut on.
-        let allowed = |a: u32, b: u32| a != b && touch(contact, name(a), name(b));
+        let allowed = |a: u32, b: u32| touch(contact, name(a), name(b));
         let mut all = Self {
             contact: DeformableContact::new(
                 ContactDisks::default(),
@@ -91,7 +85,6 @@ impl DeformableBodies {
                 allowed,
             ),
             samples: vec![Vec::new(); members.len()],
-            at_front: vec![Vec::new(); members.len()],
             tissues,
             outside: members.iter().map(outside_of).collect(),
             first,
@@ -103,16 +96,13 @@ impl DeformableBodies {
             forces: vec![DVec3::ZERO; rest.len()],
             rest,
             masses,
-            touch_themselves: (0..index(members.len()))
-                .map(|body| touch(contact, name(body), name(body)))
-                .collect(),
             bounded: 0,
         };
         let mut disks = ContactDisks::default();
         for body in 0..members.len() {
             all.take_new(body, &mut disks);
         }
-        all.contact.set_disks(disks);
+        all.contact.set_disks(disks, &[]);
         Ok(Some(all))
     }
 
@@ -128,27 +118,20 @@ impl DeformableBodies {
     fn sample(&self, body: usize, surfel: usize) -> (DiskSample, Vec<u32>) {
         let tissue = &self.tissues[body];
         let surfels = tissue.surfels();
-        let outer = tissue.outer_count();
-        let cut = surfel.checked_sub(outer);
-        let at_front = cut.and_then(|k| self.at_front[body].get(k)).copied();
-        let area = if at_front == Some(true) {
-            0.0
-        } else {
-            surfels.areas[surfel]
-        };
+        let outer = surfel < tissue.outer_count();
         let first = index(self.first[body]);
         let (row, _) = tissue.binding().row(surfel);
         // Linear interpolation on a triangle gives its corners what their share of the surface bears; rows of flanks
         // and of what a cut hides are fitted.
         let position = surfels.positions[surfel];
-        let triangle = cut.is_none().then(|| self.triangle(body, position, row));
+        let triangle = outer.then(|| self.triangle(body, position, row));
         let triangle = triangle.flatten();
         let nodes = triangle.as_ref().map_or(row, |triangle| &triangle[..]);
         let (stiffness, spacing) = self.stiffness[body];
         let sample = DiskSample {
             position,
             normal: surfels.normals[surfel],
-            area,
+            area: surfels.areas[surfel],
             body: index(body),
             stiffness,
             spacing,
@@ -176,7 +159,7 @@ impl DeformableBodies {
         (inside(best) > -OFF_TRIANGLE).then_some(*best)
     }
 
-    /// Follows a cut that a body has taken: new flanks, surfels that see other nodes, the front where it is now.
+    /// Follows a cut that a body has taken: new flanks, and surfels that see other nodes.
     pub(crate) fn grow(
         &mut self,
         members: &[Member],
@@ -193,33 +176,17 @@ impl DeformableBodies {
         let change = tissue.cut(&near, &|point| solid.contains(point), &|a, b| {
             cuts.crosses(a, b)
         })?;
-        let (outer, all) = (tissue.outer_count(), tissue.surfels().len());
-        let graph = graph_of(&member.body);
-        let ends_at = |surfel: usize| {
-            let (nodes, _) = tissue.binding().row(surfel);
-            let ends = |&node: &u32| cutting.factors().front_matrix(&graph, node as usize);
-            nodes.first().is_some_and(|node| ends(node) != DMat3::ZERO)
-        };
-        let at_front: Vec<bool> = (outer..all).map(ends_at).collect();
-        let before = std::mem::replace(&mut self.at_front[body], at_front);
         let known = self.samples[body].len();
-        let turned = before.iter().zip(&self.at_front[body]).enumerate();
-        let turned = turned.filter(|(_, (a, b))| a != b).map(|(k, _)| k + outer);
         let changed = change.surfels.iter().map(|&surfel| surfel as usize);
-        let mut changed: Vec<usize> = changed.chain(turned).filter(|&s| s < known).collect();
-        changed.sort_unstable();
-        changed.dedup();
-        if self.touch_themselves[body] {
-            self.contact.allow(index(body), index(body));
-        }
-        let mut disks = self.contact.take_disks();
-        for surfel in changed {
+        self.begin(members);
+        let mut disks = self.contact.take_disks(&self.positions);
+        for surfel in changed.filter(|surfel| *surfel < known) {
             let (sample, nodes) = self.sample(body, surfel);
             let at = self.samples[body][surfel] as usize;
             disks.set(at, sample, &nodes, &self.rest);
         }
         self.take_new(body, &mut disks);
-        self.contact.set_disks(disks);
+        self.contact.set_disks(disks, &self.positions);
         Ok(())
     }
 

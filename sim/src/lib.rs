@@ -362,8 +362,8 @@ impl World {
         forces.collect()
     }
 
-    /// Contact at the end of the last step between any two bodies that are near each other, and of each with itself from
-    /// its first cut on; and its sums of energy. `None` unless the scene asks for it.
+    /// Contact at the end of the last step between any two bodies that are near each other, and of each with itself; and
+    /// its sums of energy. `None` unless the scene asks for it.
     #[must_use]
     pub fn body_contact(&self) -> Option<(&[DeformableForce], &DeformableState)> {
         let contact = self.deformable.as_ref();

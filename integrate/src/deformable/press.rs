@@ -3,7 +3,7 @@
 use super::disks::{Placed, REACH};
 use super::drag::{Drag, RigidMotions};
 use super::sums::{DeformableForce, sum_of};
-use super::{DEEPEST, DeformableContact, FACING, MOST_LEARNING, Moved};
+use super::{DEEPEST, DeformableContact, FACING, FACING_IN_FULL, MOST_LEARNING, Moved};
 use glam::DVec3;
 
 /// How fast an offset is forgotten, over how fast it learns: pressure ends at that of a penalty `1 + 1/LEAK` times as
@@ -51,7 +51,25 @@ pub(super) struct Pair {
     /// Between the rows' positions, and between the surfaces (m).
     pub(super) raw: f64,
     pub(super) gap: f64,
+    /// `1 − |ξ|²/R²`, and by how much the normals face each other, with its derivative by their cosine.
+    pub(super) inside: f64,
+    pub(super) facing: [f64; 2],
     pub(super) phi: f64,
+}
+
+/// The weight of normals of a cosine, and its derivative: a smooth step.
+fn facing(cosine: f64) -> [f64; 2] {
+    let width = FACING - FACING_IN_FULL;
+    let u = ((FACING - cosine) / width).clamp(0.0, 1.0);
+    [u * u * (3.0 - 2.0 * u), -6.0 * u * (1.0 - u) / width]
+}
+
+/// Forces conjugate to the tangents of a disk of one that is conjugate to its normal.
+fn turning(disk: &Placed, force: DVec3) -> [DVec3; 2] {
+    let [a, b] = disk.t;
+    let area = a.cross(b).length();
+    let bent = (force - disk.n * force.dot(disk.n)) / area.max(f64::MIN_POSITIVE);
+    [b.cross(bent), bent.cross(a)]
 }
 
 /// What weights of pairs are divided by.
@@ -76,24 +94,28 @@ impl DeformableContact {
         for &other in list {
             let slot = self.slots[other as usize];
             let (q, on) = (&placed[slot as usize], &self.disks.samples[other as usize]);
+            let faces = facing(p.n.dot(q.n));
             let arm = p.x - q.x;
             let raw = q.n.dot(arm);
             let gap = raw - thickness - self.disks.thickness[other as usize];
             let spacing = at.spacing.min(on.spacing);
-            if gap > near * spacing || gap < -DEEPEST * spacing || p.n.dot(q.n) > FACING {
+            if gap > near * spacing || gap < -DEEPEST * spacing || faces[0] == 0.0 {
                 continue;
             }
             let xi = q.solve([q.t[0].dot(arm), q.t[1].dot(arm)]);
             let reach = self.disks.reach[other as usize];
             let inside = 1.0 - (xi[0] * xi[0] + xi[1] * xi[1]) / (reach * reach);
             if inside > 0.0 {
-                let (phi, stiffness) = (inside * inside, self.stiffness(point, other));
+                let phi = inside * inside * faces[0];
+                let stiffness = self.stiffness(point, other);
                 pairs.push(Pair {
                     slot,
                     stiffness,
                     xi,
                     raw,
                     gap,
+                    inside,
+                    facing: faces,
                     phi,
                 });
             }
@@ -175,13 +197,21 @@ impl DeformableContact {
             pressed.offset_work += share * (energy(pair, pressed.offset) - stored);
             let other = self.disks.samples[self.near[pair.slot as usize] as usize].body;
             let between = sum_of(&mut chunk.between, [at.body, other]);
-            between.penetration = between.penetration.max(-pair.gap);
+            between.penetration = between.penetration.max(-gap * sum / norm);
             if deep > 0.0 {
                 between.area += 0.5 * at.area * share;
             }
             // −∂E/∂ξ: of the weight alone, as gaps do not depend on where the foot is.
             let per_weight = (stored - if norm > LEAST { mean } else { 0.0 }) / norm;
-            let slope = 4.0 * pair.phi.sqrt() / reach(pair).powi(2) * per_weight;
+            let slope = 4.0 * pair.inside * pair.facing[0] / reach(pair).powi(2) * per_weight;
+            let bend = -per_weight * pair.inside.powi(2) * pair.facing[1];
+            if bend != 0.0 {
+                let own = &placed[slot as usize];
+                for (slot, disk, n) in [(slot, own, q.n), (pair.slot, q, own.n)] {
+                    let load = (DVec3::ZERO, turning(disk, n * bend));
+                    chunk.touches.push(Touch { slot, load });
+                }
+            }
             let tangential = pair.phi / sum;
             let along = [0, 1].map(|k| slope * pair.xi[k] + tangential * traction.dot(q.t[k]));
             let normal_force = spring(pair) * share * deep;

@@ -19,7 +19,8 @@ pub struct DeformableForce {
     pub friction: f64,
     /// Area (m²) under pressure, at rest.
     pub area: f64,
-    /// Deepest gap (m), positive where surfaces penetrate.
+    /// Depth (m) of the deepest point: the mean of its pairs, weighted as its force. A point beside a rim counts as it
+    /// is pressed.
     pub penetration: f64,
 }
 

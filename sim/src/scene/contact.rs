@@ -20,7 +20,7 @@ pub struct BodyContact {
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum Between {
-    /// All, each with itself too from its first cut on.
+    /// All, each with itself too.
     #[default]
     All,
     /// Pairs of names; a name twice for the flanks of one body.
