@@ -170,7 +170,7 @@ pub(super) fn stats_of(session: &Session, surfels: usize) -> Stats {
         path: score.path,
         peak: score.peak,
         contact: (world.body_contact())
-            .map(|(between, _)| between.iter().map(|sum| sum.normal).sum()),
+            .map(|(between, _)| 0.0 + between.iter().map(|sum| sum.normal).sum::<f64>()),
         balance: balance / scale,
         values: values_of(session),
         ..Stats::default()

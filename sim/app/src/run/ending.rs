@@ -44,8 +44,9 @@ pub(super) fn of(
         warnings: warnings(world, records),
         cuts: (!scene.cuts.is_empty()).then(|| cut_summary(world)),
         contact: world.body_contact().map(|(between, state)| ContactSummary {
-            force: between.iter().map(|sum| sum.normal).sum(),
-            area: between.iter().map(|sum| sum.area).sum(),
+            // Not -0 where there is none.
+            force: 0.0 + between.iter().map(|sum| sum.normal).sum::<f64>(),
+            area: 0.0 + between.iter().map(|sum| sum.area).sum::<f64>(),
             penetration: (between.iter().map(|sum| sum.penetration)).fold(0.0, f64::max),
             energy: state.energy,
             dissipated: state.dissipated,
