@@ -19,11 +19,9 @@
 //! | cut of the support itself | fixed nodes stay; both parts hang on |
 //! | zero gravity | a cut body at rest stays at rest to round-off |
 //! | graded nodes, cut where they are fine | two pieces, the audit closes |
-//! | what touches: fronts, flaps, crossing cuts, folds, debris and more, all in `contact.rs` | no det F below 0, depth and energy within bars |
 //! | mesh with flipped parts | turned, reported, and as heavy as one without |
 
 mod blades;
 mod bodies;
-mod contact;
 mod cuts;
 mod stage;

@@ -12,6 +12,7 @@ mod real_meshes;
 mod scattered;
 mod scenes;
 mod studies;
+mod touch;
 mod traps;
 
 use std::fmt;
@@ -72,6 +73,11 @@ pub const CLAIMS: &[Claim] = &[
         name: "contact",
         about: "the study contact: flanks, spheres, bars, sliding",
         run: studies::contact_study_meets_closed_forms,
+    },
+    Claim {
+        name: "touch",
+        about: "hard cases of bodies and flanks that touch",
+        run: touch::what_touches_holds,
     },
     Claim {
         name: "real-meshes",
