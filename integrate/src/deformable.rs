@@ -118,6 +118,8 @@ pub struct DeformableContact {
     state: DeformableState,
     /// Room (spacings) of the lists.
     margin: f64,
+    /// Where samples (m) were when pairs were listed.
+    places: Vec<DVec3>,
     /// Points with candidates, and their ranges in `lists`.
     points: Vec<(u32, [u32; 2])>,
     lists: Vec<u32>,
@@ -168,6 +170,7 @@ impl DeformableContact {
             allowed: pairs.map(|(a, b)| allowed(a.min(b), a.max(b))).collect(),
             state: DeformableState::default(),
             margin: MARGIN,
+            places: Vec::new(),
             points: Vec::new(),
             lists: Vec::new(),
             close_points: Vec::new(),
@@ -288,6 +291,7 @@ impl DeformableContact {
             + size_of_val(&*self.state.offsets)
             + size_of_val(&*self.state.slips)
             + size_of_val(&*self.state.listed_at)
+            + size_of_val(&*self.places)
             + size_of_val(&*self.points)
             + size_of_val(&*self.lists)
             + size_of_val(&*self.close_points)

@@ -86,13 +86,20 @@ pub(super) fn candidates(
 }
 
 impl DeformableContact {
-    /// Makes lists of pairs again if nodes have moved too far since the last; whether it did. [`Self::add_forces`] does
+    /// Makes lists of pairs again if samples have moved too far since the last; whether it did. [`Self::add_forces`] does
     /// so by itself.
     pub fn update_lists(&mut self, positions: &[DVec3]) -> bool {
-        let room = 0.5 * self.margin() / self.amplification;
-        let stays = |(a, b): (&DVec3, &DVec3)| a.distance_squared(*b) < room * room;
+        let room = 0.5 * self.margin();
+        let stays = |room: f64, a: DVec3, b: DVec3| a.distance_squared(b) < room * room;
+        // Samples go no farther than nodes do by the amplification of their rows, and mostly less far.
+        let least = room / self.amplification;
         let same = self.state.listed_at.len() == positions.len();
-        if same && positions.iter().zip(&self.state.listed_at).all(stays) {
+        let mut nodes = positions.iter().zip(&self.state.listed_at);
+        let mut places = self.places.iter().enumerate();
+        if same
+            && (nodes.all(|(a, b)| stays(least, *a, *b))
+                || places.all(|(s, place)| stays(room, self.disks.gather(s, positions).0, *place)))
+        {
             return false;
         }
         self.state.listed_at.clear();
@@ -151,13 +158,21 @@ impl DeformableContact {
         } else {
             self.disks.len()
         };
-        let places: Vec<DVec3> = all.map(|s| self.disks.gather(s, positions).0).collect();
-        let samples = &self.disks.samples;
+        self.places.clear();
+        self.places
+            .extend(all.map(|s| self.disks.gather(s, positions).0));
+        let (places, samples) = (&self.places, &self.disks.samples);
         let (bodies, margin) = (self.allowed.len().isqrt(), self.margin());
-        let reach = self.disks.reach.iter().copied().fold(0.0, f64::max);
-        let far = reach.hypot(DEEPEST * self.widest()) + margin;
+        let deepest = DEEPEST * self.widest();
+        let fars = self
+            .disks
+            .reach
+            .iter()
+            .map(|reach| reach.hypot(deepest) + margin);
+        let fars: Vec<f64> = fars.collect();
+        let far = fars.iter().copied().fold(0.0, f64::max);
         let mut boxes = vec![(DVec3::INFINITY, DVec3::NEG_INFINITY); bodies];
-        for (sample, place) in samples.iter().zip(&places) {
+        for (sample, place) in samples.iter().zip(places) {
             let (low, high) = &mut boxes[sample.body as usize];
             (*low, *high) = (low.min(*place), high.max(*place));
         }
@@ -172,19 +187,17 @@ impl DeformableContact {
                             || place.cmpge(*low - far).all() && place.cmple(*high + far).all())
                 })
         };
-        let open: Vec<bool> = samples.iter().zip(&places).map(is_open).collect();
+        let open: Vec<bool> = samples.iter().zip(places).map(is_open).collect();
         let meets = |p: u32, q: u32| {
             let arm = places[p as usize] - places[q as usize];
             let (a, b) = (&samples[p as usize], &samples[q as usize]);
-            let reach = self.disks.reach[q as usize];
-            let spacing = a.spacing.max(b.spacing);
-            let far = reach.hypot(DEEPEST * spacing) + margin;
+            let far = fars[q as usize];
             arm.length_squared() < far * far
-                && reach > 0.0
+                && self.disks.reach[q as usize] > 0.0
                 && allowed(a.body, b.body)
                 && (a.body != b.body || !are_neighbors(a, b))
         };
-        (self.points, self.lists) = candidates(&places, &open, far, meets);
+        (self.points, self.lists) = candidates(places, &open, far, meets);
         self.close_at.clear();
         let is_near = |&sample: &u32| sample != u32::MAX;
         self.slots.clear();
