@@ -304,6 +304,7 @@ impl Member {
                 .iter()
                 .flat_map(phyxel_integrate::Grip::nodes),
         );
+        nodes.extend(self.body.elastic.bond_ends());
         nodes.sort_unstable();
         nodes.dedup();
         nodes
@@ -429,7 +430,11 @@ impl Body {
 
     /// Lets the retained gradients decay, here and in the shares; the first half of the work (J).
     pub(crate) fn decay_by(&mut self, factor: f64) -> f64 {
-        // Where the nodes are with shares, what the model here says of works is of another state.
+        // Where the nodes are with shares, what the model here says of works is of another state. Which bonds decay
+        // depends on their lengths.
+        if self.shared.is_some() {
+            self.elastic.place_bonds(self.motion.positions());
+        }
         let [offsets, bonds] = self.elastic.decay(factor).sums();
         let work = offsets + bonds;
         let shared = self.shared.as_ref();

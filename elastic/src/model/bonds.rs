@@ -98,6 +98,23 @@ impl Elastic {
             .collect()
     }
 
+    /// Nodes at the ends of bonds, in no order.
+    pub fn bond_ends(&self) -> impl Iterator<Item = u32> + '_ {
+        self.cut.bonds.ends()
+    }
+
+    /// Takes the lengths of bonds, by which they decay, from positions (m) of all nodes, of which those of
+    /// [`Elastic::bond_ends`] count. An evaluation does so by itself; this is for a body that is evaluated elsewhere.
+    ///
+    /// # Panics
+    /// If `positions` is not one per node.
+    pub fn place_bonds(&mut self, positions: &[DVec3]) {
+        assert_eq!(positions.len(), self.node_count(), "one position per node");
+        for bond in &mut self.cut.bonds.list {
+            bond.set_x(positions[bond.other as usize] - positions[bond.node as usize]);
+        }
+    }
+
     /// Multiplies the offsets of all bonds with `factor` (0 to 1); `works` gets the deficient node and the first half of the
     /// work (J) of each, nodes ascending.
     pub(crate) fn decay_bonds(&mut self, factor: f64, works: &mut Vec<(u32, f64)>) {
