@@ -191,11 +191,10 @@ fn sampling(random: &mut Random, half: DVec3, body: &mut Body) {
 
 /// Bends the blades' edges and captures them more or less often; some scenes have none.
 fn blades(random: &mut Random, scene: &mut Scene) {
-    let bodies = &mut scene.cuts;
     if has(random, 0.1) {
-        bodies.clear();
+        scene.cuts.clear();
     }
-    for cut in bodies {
+    for cut in &mut scene.cuts {
         if has(random, 0.4) {
             let way = cut.edge[0].distance(cut.edge[1]);
             let bend = direction(random) * (way * random.range(0.0, 0.2));

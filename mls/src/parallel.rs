@@ -6,7 +6,6 @@
 use std::sync::{Mutex, PoisonError};
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use crate::neighborhoods::Neighborhoods;
 
@@ -16,39 +15,34 @@ pub(crate) const SUM_CHUNK: usize = 1024;
 /// Fewest rows given to one task; below this, starting a task costs more than it saves.
 pub(crate) const ROWS_PER_TASK: usize = 256;
 
-/// Hands the numbered parts of something to the threads of the pool. Each takes the next part when it has done one, every
-/// other thread from behind: two threads meet the same parts in every pass.
+/// Hands the numbered parts of something to the threads of the pool, each the next one when it has done one.
 ///
-/// What rayon makes of an iterator is some 3,000 lines of code for the compiler, so it is made once, for the threads.
+/// What rayon makes of an iterator is some 3,000 lines of code for the compiler; tasks of a scope are made once.
 pub(crate) fn share_out<T>(
-    parts: impl DoubleEndedIterator<Item = T> + ExactSizeIterator + Send,
+    parts: impl ExactSizeIterator<Item = T> + Send,
     work: impl Fn(usize, T) + Sync,
 ) {
-    let several = parts.len() > 1 && rayon::current_num_threads() > 1;
-    let mut parts = parts.enumerate();
-    if !several {
-        return parts.for_each(|(number, part)| work(number, part));
-    }
-    let parts = Mutex::new(&mut parts);
-    on_each_thread(&|| {
-        let behind = rayon::current_thread_index().is_some_and(|thread| thread % 2 == 1);
+    let tasks = parts.len().min(rayon::current_num_threads());
+    let parts = Mutex::new(parts.enumerate());
+    on_threads(tasks, &|| {
         loop {
-            let mut left = parts.lock().unwrap_or_else(PoisonError::into_inner);
-            let next = if behind {
-                left.next_back()
-            } else {
-                left.next()
-            };
-            drop(left);
+            let next = parts.lock().unwrap_or_else(PoisonError::into_inner).next();
             let Some((number, part)) = next else { break };
             work(number, part);
         }
     });
 }
 
-fn on_each_thread(run: &(dyn Fn() + Sync)) {
-    let threads = (0..rayon::current_num_threads()).into_par_iter();
-    threads.with_max_len(1).for_each(|_| run());
+fn on_threads(tasks: usize, run: &(dyn Fn() + Sync)) {
+    if tasks < 2 {
+        return run();
+    }
+    rayon::scope(|scope| {
+        for _ in 1..tasks {
+            scope.spawn(|_| run());
+        }
+        run();
+    });
 }
 
 /// `answer(i)` for `i` in `0..count`, in order; `per_task` of them are one task.
@@ -112,13 +106,7 @@ pub(crate) fn ordered_sum(count: usize, term: impl Fn(usize) -> DVec3 + Sync) ->
         }
     };
     let mut partials = vec![DVec3::ZERO; count.div_ceil(SUM_CHUNK)];
-    if partials.len() < 4 {
-        (0..)
-            .zip(&mut partials)
-            .for_each(|(chunk, sum)| partial(chunk, sum));
-    } else {
-        share_out(partials.iter_mut(), partial);
-    }
+    share_out(partials.iter_mut(), partial);
     partials.iter().fold(DVec3::ZERO, |sum, &part| sum + part)
 }
 

@@ -3,7 +3,7 @@
 use super::disks::{Placed, REACH};
 use super::drag::{Drag, RigidMotions};
 use super::sums::{DeformableForce, sum_of};
-use super::{DEEPEST, DeformableContact, FACING, FACING_IN_FULL, MOST_LEARNING, Moved};
+use super::{DEEPEST, DeformableContact, FACING, FACING_IN_FULL, MOST_LEARNING, Moved, NEAR};
 use glam::DVec3;
 
 /// How fast an offset is forgotten, over how fast it learns: pressure ends at that of a penalty `1 + 1/LEAK` times as
@@ -122,6 +122,28 @@ impl DeformableContact {
         }
     }
 
+    /// What the pairs of each listed point are where nodes are (m).
+    pub(super) fn each_point(&self, positions: &[DVec3], mut visit: impl FnMut(usize, &[Pair])) {
+        let place = |&sample: &u32| self.disks.place(sample as usize, positions);
+        let placed: Vec<Placed> = self.near.iter().map(place).collect();
+        let mut pairs = Vec::new();
+        for (point, range) in &self.points {
+            self.find_pairs(*point, self.listed(range), &placed, NEAR, &mut pairs);
+            visit(*point as usize, &pairs);
+        }
+    }
+
+    /// Energy (J) and normal force (N) of the springs of a point with an offset (m). Half, as the other side has points,
+    /// too.
+    pub(super) fn springs(&self, point: usize, pairs: &[Pair], offset: f64) -> [f64; 2] {
+        let half = 0.5 * self.disks.samples[point].area / norm(pairs);
+        pairs.iter().fold([0.0; 2], |[energy, force], pair| {
+            let depth = (offset - pair.gap).max(0.0);
+            let tension = half * pair.phi * pair.stiffness * depth;
+            [energy + 0.5 * tension * depth, force + tension]
+        })
+    }
+
     /// Forces of a point's pairs, and what it learns.
     pub(super) fn press(
         &self,
@@ -155,27 +177,18 @@ impl DeformableContact {
             chunk.points.push(pressed);
             return;
         }
-        let depth = |pair: &Pair, offset: f64| (offset - pair.gap).max(0.0);
         // Half: the other side has points, too.
         let spring = |pair: &Pair| 0.5 * at.area * pair.stiffness;
-        let energy = |pair: &Pair, s: f64| 0.5 * spring(pair) * depth(pair, s).powi(2);
         let reach = |pair: &Pair| self.disks.reach[self.near[pair.slot as usize] as usize];
         let sum: f64 = pairs.iter().map(|pair| pair.phi).sum();
         let norm = norm(pairs);
-        let mean = pairs
-            .iter()
-            .map(|pair| pair.phi * energy(pair, offset))
-            .sum::<f64>()
-            / norm;
+        let [mean, normal] = self.springs(point as usize, pairs, offset);
         let gap = pairs.iter().map(|pair| pair.phi * pair.gap).sum::<f64>() / sum;
         // The largest offset that learns nothing but to close.
         let learned = (offset - learning * (gap + LEAK * offset)).min(largest);
         pressed.offset = if gap > 0.0 { learned.max(0.0) } else { learned };
-        let normal: f64 = pairs
-            .iter()
-            .map(|pair| spring(pair) * pair.phi * depth(pair, offset))
-            .sum();
-        let normal = normal / norm;
+        pressed.energy = mean;
+        pressed.offset_work = self.springs(point as usize, pairs, pressed.offset)[0] - mean;
         let stiffness = pairs
             .iter()
             .map(|pair| spring(pair) * pair.phi)
@@ -191,10 +204,8 @@ impl DeformableContact {
         for pair in pairs {
             let q = &placed[pair.slot as usize];
             let share = pair.phi / norm;
-            let deep = depth(pair, offset);
-            let stored = energy(pair, offset);
-            pressed.energy += share * stored;
-            pressed.offset_work += share * (energy(pair, pressed.offset) - stored);
+            let deep = (offset - pair.gap).max(0.0);
+            let stored = 0.5 * spring(pair) * deep * deep;
             let other = self.disks.samples[self.near[pair.slot as usize] as usize].body;
             let between = sum_of(&mut chunk.between, [at.body, other]);
             between.penetration = between.penetration.max(-gap * sum / norm);

@@ -1,8 +1,6 @@
 //! What bodies do to each other in a step: sums of forces, and pressures at nodes.
 
-use super::disks::Placed;
-use super::press::{self, Pair};
-use super::{DeformableContact, NEAR};
+use super::DeformableContact;
 use glam::DVec3;
 
 /// Sum over the points at which two bodies, or a body and itself, meet in one step.
@@ -38,17 +36,11 @@ impl DeformableContact {
     /// If there are fewer positions than the samples' nodes require.
     #[must_use]
     pub fn pressures(&self, positions: &[DVec3]) -> Vec<f64> {
-        let place = |&sample: &u32| self.disks.place(sample as usize, positions);
-        let placed: Vec<Placed> = self.near.iter().map(place).collect();
         let mut pressures = vec![0.0; self.disks.len()];
-        let mut pairs = Vec::new();
-        for (point, range) in &self.points {
-            self.find_pairs(*point, self.listed(range), &placed, NEAR, &mut pairs);
-            let offset = self.state.offsets[*point as usize];
-            let pressure = |pair: &Pair| pair.phi * pair.stiffness * (offset - pair.gap).max(0.0);
-            let sum: f64 = pairs.iter().map(pressure).sum();
-            pressures[*point as usize] = sum / press::norm(&pairs);
-        }
+        self.each_point(positions, |point, pairs| {
+            let [_, force] = self.springs(point, pairs, self.state.offsets[point]);
+            pressures[point] = force / (0.5 * self.disks.samples[point].area);
+        });
         let (mut forces, mut areas) = (vec![0.0; positions.len()], vec![0.0; positions.len()]);
         for (sample, pressure) in pressures.into_iter().enumerate() {
             for entry in self.disks.row(sample) {
