@@ -370,7 +370,7 @@ mod tests {
     /// A block that is cut through touches itself along its flanks, and continues bitwise from a state.
     #[test]
     fn flanks_that_touch_are_part_of_the_state() {
-        let mut scene = embedded("block");
+        let mut scene = embedded("block", &[]).expect("it is there");
         scene.bodies[0].sampling.target = Target::Nodes(300);
         scene.integration.settle = None;
         scene.pictures = None;
@@ -407,7 +407,7 @@ mod tests {
     /// Two pads come to lie on each other and on a tray: nothing passes through, the books close.
     #[test]
     fn a_body_rests_on_another() {
-        let mut scene = embedded("stack");
+        let mut scene = embedded("stack", &[]).expect("it is there");
         for body in &mut scene.bodies {
             body.sampling.target = Target::Nodes(200);
         }

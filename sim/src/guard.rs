@@ -410,7 +410,7 @@ mod tests {
     }
 
     fn scene(cuts: Vec<Cut>) -> Scene {
-        let mut scene = embedded("block");
+        let mut scene = embedded("block", &[]).expect("it is there");
         scene.bodies[0].sampling.target = Target::Nodes(300);
         scene.cuts = cuts;
         scene.pictures = None;
@@ -503,7 +503,7 @@ mod tests {
     #[test]
     fn a_step_that_vanishes_is_an_error() {
         for ratio in [0.0, 0.02] {
-            let mut scene = embedded("press");
+            let mut scene = embedded("press", &[]).expect("it is there");
             scene.bodies[0].sampling.target = Target::Nodes(300);
             scene.bodies[0].damping_ratio = ratio;
             let mut world = World::new(scene).unwrap();

@@ -24,7 +24,6 @@ mod model;
 mod moves;
 mod parts;
 mod phases;
-pub mod scene;
 mod scheme;
 mod settling;
 mod shape;
@@ -45,7 +44,7 @@ use glam::DVec3;
 pub use glam;
 pub use {
     phyxel_discretize as discretize, phyxel_elastic as elastic, phyxel_enrich as enrich,
-    phyxel_integrate as integrate, phyxel_mls as mls, phyxel_splat as splat,
+    phyxel_integrate as integrate, phyxel_mls as mls, phyxel_scene as scene, phyxel_splat as splat,
 };
 
 pub use body::Body;

@@ -234,7 +234,7 @@ mod tests {
 
     /// A liver with a tool and viscosity.
     fn world() -> World {
-        let mut scene = embedded("press");
+        let mut scene = embedded("press", &[]).expect("it is there");
         scene.bodies[0].sampling.target = Target::Nodes(200);
         scene.bodies[0].material.viscosity = vec![PronyTerm {
             ratio: 0.5,
@@ -330,7 +330,7 @@ mod captures {
 
     /// Two blocks that one blade cuts, the second with viscosity.
     fn blocks() -> World {
-        let mut scene = embedded("block");
+        let mut scene = embedded("block", &[]).expect("it is there");
         scene.bodies[0].sampling.target = Target::Nodes(200);
         scene.bodies[0].material.viscosity = vec![PronyTerm {
             ratio: 0.5,

@@ -1,30 +1,40 @@
 #![doc = include_str!("../README.md")]
 
-mod embedded;
-mod error;
-mod file;
-#[cfg(feature = "schemars")]
-mod key_page;
-mod key_path;
-#[cfg(feature = "schemars")]
-mod keys;
-mod mesh;
-mod overrides;
-mod read;
-mod tree;
-mod values;
+mod body;
+mod check;
+mod contact;
+mod event;
+mod material;
+mod method;
+mod path;
+mod region;
+mod rigid;
+mod scene;
+mod scheme;
+mod settings;
+#[cfg(feature = "text")]
+mod text;
+mod tool;
 
-#[cfg(test)]
-mod tests;
-
-pub use embedded::{EMBEDDED, Embedded};
-pub use error::{OverrideError, OverrideProblem, Place, SceneError, TextError};
-pub use file::{read_file, read_text};
-pub use key_path::{KeyPath, Segment};
-#[cfg(feature = "schemars")]
-pub use keys::{key_reference, schema};
-pub use mesh::for_mesh;
-pub use overrides::{Override, place_of, shortened};
-pub use read::{embedded, from_text, load, parse, read_settings, to_ron};
-pub use tree::Syntax;
-pub use values::Raw;
+pub use body::{
+    Body, Form, ImageFile, PointFile, Sampling, SurfelSettings, SurfelSpacing, SurfelTarget, Target,
+};
+pub use check::{DidYouMean, Fault, nearest};
+pub use contact::{Between, BodyContact};
+pub use event::{Capture, Cut, Gravity, Support, SupportMotion};
+pub use material::Inclusion;
+pub use method::Method;
+pub use path::{Key, pose_at};
+pub use phyxel_discretize::{Axis, Refinement, Shape, UnitGuess};
+pub use phyxel_elastic::{Dilatation, Fiber, MaterialSettings, Model, Preset, PronyTerm};
+pub use phyxel_enrich::CutRule;
+pub use phyxel_integrate::{Pose, RigidShape as ToolShape};
+pub use phyxel_splat::{DrawMode, InsideTest, Measure, RadiusRule, View, WeightLaw};
+pub use region::Region;
+pub use rigid::RigidMesh;
+pub use scene::{Scene, VERSION};
+pub use scheme::Scheme;
+pub use settings::{Backdrop, Coloring, Integration, Observe, Pictures, Rest, Settle, Show};
+#[cfg(feature = "text")]
+pub use text::*;
+pub use tool::{Release, Tool};

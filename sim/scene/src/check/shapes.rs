@@ -2,7 +2,7 @@
 
 use super::file::{existing_file, scale};
 use super::{Checks, triple};
-use crate::scene::{Refinement, Region, Shape, ToolShape};
+use crate::{Refinement, Region, Shape, ToolShape};
 
 pub(super) fn shape(checks: &mut Checks, path: &str, shape: &Shape) {
     let of = |field: &str| format!("{path}.{field}");

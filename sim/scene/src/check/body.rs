@@ -6,8 +6,9 @@ use super::Checks;
 use super::file::{existing_file, scale};
 use super::shapes::{refinement, shape};
 use super::{material, method};
-use crate::scene::body::{Body, Form, SurfelSettings, SurfelSpacing, SurfelTarget, Target};
-use crate::scene::{CutRule, RadiusRule, Shape};
+use crate::{
+    Body, CutRule, Form, RadiusRule, Shape, SurfelSettings, SurfelSpacing, SurfelTarget, Target,
+};
 
 pub(super) fn body(checks: &mut Checks, path: &str, body: &Body) {
     shape(checks, &format!("{path}.shape"), &body.shape);

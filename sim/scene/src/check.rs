@@ -19,8 +19,7 @@ mod rigid;
 mod shapes;
 mod suggest;
 
-use super::settings::{Coloring, Integration, Pictures, Rest, Show};
-use super::{Between, Scene, Scheme, VERSION, View};
+use crate::{Between, Coloring, Integration, Pictures, Rest, Scene, Scheme, Show, VERSION, View};
 use body::body;
 use event::{body_name, cut, support, tool};
 pub use faults::Fault;
@@ -362,12 +361,12 @@ fn view(checks: &mut Checks, view: View) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::embedded;
+    use crate::{Body, Shape};
     use glam::DVec3;
 
     #[test]
     fn a_view_that_shows_nothing_is_refused() {
-        let mut scene = embedded("minimal");
+        let mut scene = Scene::new("seen", vec![Body::new(Shape::Liver { width: 0.1 })]);
         let mut told = |view: View| {
             let pictures = scene.pictures.get_or_insert_with(Pictures::default);
             pictures.view = view;

@@ -18,15 +18,15 @@ macro_rules! chapter6 {
             name: $name,
             summary: $summary,
             text: concat!(
-                include_str!("../scenes/chapter6/head.ron"),
+                include_str!("../../scenes/chapter6/head.ron"),
                 "    name: \"",
                 $name,
                 "\",\n    description: \"",
                 $summary,
                 "\",\n",
-                include_str!(concat!("../scenes/chapter6/", $body, ".ron")),
-                include_str!(concat!("../scenes/chapter6/", $model, ".ron")),
-                include_str!("../scenes/chapter6/tail.ron"),
+                include_str!(concat!("../../scenes/chapter6/", $body, ".ron")),
+                include_str!(concat!("../../scenes/chapter6/", $model, ".ron")),
+                include_str!("../../scenes/chapter6/tail.ron"),
             ),
         }
     };
@@ -37,27 +37,27 @@ pub const EMBEDDED: &[Embedded] = &[
     Embedded {
         name: "liver",
         summary: "a liver sags from its back, is cut in its right lobe and loses the tip of its left",
-        text: include_str!("../scenes/liver.ron"),
+        text: include_str!("../../scenes/liver.ron"),
     },
     Embedded {
         name: "block",
         summary: "a hanging block is cut half through from one side, then from the other",
-        text: include_str!("../scenes/block.ron"),
+        text: include_str!("../../scenes/block.ron"),
     },
     Embedded {
         name: "press",
         summary: "a probe presses a liver from the front, slides along it and lets go",
-        text: include_str!("../scenes/press.ron"),
+        text: include_str!("../../scenes/press.ron"),
     },
     Embedded {
         name: "stack",
         summary: "two soft pads fall onto a tray, one onto the other, and stay there",
-        text: include_str!("../scenes/stack.ron"),
+        text: include_str!("../../scenes/stack.ron"),
     },
     Embedded {
         name: "minimal",
         summary: "the least that shows something: a beam bends by its weight; start your own from it",
-        text: include_str!("../scenes/minimal.ron"),
+        text: include_str!("../../scenes/minimal.ron"),
     },
     chapter6!(
         "block-1408",

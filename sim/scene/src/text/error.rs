@@ -4,7 +4,7 @@ use std::fmt;
 use std::io;
 use std::path::PathBuf;
 
-use phyxel::scene::DidYouMean;
+use crate::DidYouMean;
 
 /// A text that cannot be used: what is wrong with it, where, and the remedy.
 #[derive(Debug, thiserror::Error)]

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use ron::extensions::Extensions;
 
-use crate::key_path::{KeyPath, Segment, is_identifier};
+use super::key_path::{KeyPath, Segment, is_identifier};
 
 /// How a settings file is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,39 +1,8 @@
-//! Scenes: what is simulated, as plain types with their checks. `phyxel-scene` reads them from texts.
-
-mod body;
-mod check;
-mod contact;
-mod event;
-mod material;
-mod method;
-mod path;
-mod region;
-mod rigid;
-mod scheme;
-mod settings;
-mod tool;
+//! The whole of a scene.
 
 use serde::{Deserialize, Serialize};
 
-pub use body::{
-    Body, Form, ImageFile, PointFile, Sampling, SurfelSettings, SurfelSpacing, SurfelTarget, Target,
-};
-pub use check::{DidYouMean, Fault, nearest};
-pub use contact::{Between, BodyContact};
-pub use event::{Capture, Cut, Gravity, Support, SupportMotion};
-pub use material::Inclusion;
-pub use method::Method;
-pub use path::{Key, pose_at};
-pub use phyxel_discretize::{Axis, Refinement, Shape, UnitGuess};
-pub use phyxel_elastic::{Dilatation, Fiber, MaterialSettings, Model, Preset, PronyTerm};
-pub use phyxel_enrich::CutRule;
-pub use phyxel_integrate::{Pose, RigidShape as ToolShape};
-pub use phyxel_splat::{DrawMode, InsideTest, Measure, RadiusRule, View, WeightLaw};
-pub use region::Region;
-pub use rigid::RigidMesh;
-pub use scheme::Scheme;
-pub use settings::{Backdrop, Coloring, Integration, Observe, Pictures, Rest, Settle, Show};
-pub use tool::{Release, Tool};
+use crate::{Body, BodyContact, Cut, Gravity, Integration, Observe, Pictures, Support, Tool};
 
 /// The version of the scene format.
 pub const VERSION: u32 = 1;
@@ -110,14 +79,4 @@ impl Scene {
     fn default_gravity() -> Option<Gravity> {
         Some(Gravity::default())
     }
-}
-
-/// An embedded scene, of the package above that reads texts.
-#[cfg(test)]
-pub(crate) fn embedded(name: &str) -> Scene {
-    let file = format!("{}/scene/scenes/{name}.ron", env!("CARGO_MANIFEST_DIR"));
-    let text = std::fs::read_to_string(file).expect("the scene is there");
-    let options = ron::Options::default();
-    let options = options.with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME);
-    options.from_str(&text).expect("it can be read")
 }

@@ -6,16 +6,16 @@
 use std::fmt::{self, Display};
 use std::ops::Range;
 
-use phyxel::scene::{DidYouMean, nearest};
 use serde::de::{
     self, DeserializeOwned, DeserializeSeed, Deserializer, EnumAccess, Expected, IgnoredAny,
     MapAccess, SeqAccess, Unexpected, VariantAccess, Visitor,
 };
 use serde::{Deserialize, forward_to_deserialize_any};
 
-use crate::key_path::{KeyPath, Segment};
-use crate::overrides::shortened;
-use crate::tree::{Content, Node, Syntax, byte_at, options};
+use super::key_path::{KeyPath, Segment};
+use super::overrides::shortened;
+use super::tree::{Content, Node, Syntax, byte_at, options};
+use crate::{DidYouMean, nearest};
 
 /// Name of the newtype that takes a value's text instead of the value.
 const RAW: &str = "phyxel_scene::Raw";

@@ -2,15 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use phyxel::scene::{Scene, Shape, nearest};
 use serde::de::DeserializeOwned;
 
-use crate::embedded::{self, EMBEDDED};
-use crate::error::{OverrideError, OverrideProblem, Place, SceneError, TextError};
-use crate::file::read_text;
-use crate::overrides::{Override, place_of, shortened};
-use crate::tree::{Syntax, line_column, options};
-use crate::values::read;
+use super::embedded::{self, EMBEDDED};
+use super::error::{OverrideError, OverrideProblem, Place, SceneError, TextError};
+use super::file::read_text;
+use super::overrides::{Override, place_of, shortened};
+use super::tree::{Syntax, line_column, options};
+use super::values::read;
+use crate::{Scene, Shape, nearest};
 
 /// What messages call a scene's text.
 const WHOLE: &str = "the scene";

@@ -1,9 +1,7 @@
 //! How nodes are coupled.
 
 use super::Checks;
-use crate::scene::Dilatation;
-use crate::scene::body::Body;
-use crate::scene::method::Method;
+use crate::{Body, Dilatation, Method};
 
 /// Neighbours that a gradient in space needs at least.
 const FEWEST_NEIGHBORS: u32 = 4;

@@ -1,8 +1,8 @@
 //! Mistakes of scenes, each reported with its position.
 
 use super::*;
-use crate::read::finished;
-use crate::tree::line_column;
+use crate::text::read::finished;
+use crate::text::tree::line_column;
 
 /// A value out of range is reported with its position; of several the first by the order of checks.
 #[test]

@@ -5,10 +5,8 @@ use std::path::Path;
 use glam::DVec3;
 use phyxel_discretize::{Bounds, Solid};
 
-use phyxel::scene::*;
-
-use super::*;
-use crate::tree::{Content, Node};
+use super::tree::{Content, Node};
+use crate::*;
 
 mod mistakes;
 mod properties;
@@ -139,7 +137,7 @@ fn the_key_page_is_in_step_with_the_types() {
         std::fs::write("SCENES.md", &page).expect("the page can be written");
     }
     assert!(
-        page == include_str!("../SCENES.md"),
+        page == include_str!("../../SCENES.md"),
         "SCENES.md is old: run PHYXEL_BLESS=1 cargo test -p phyxel-scene --features schemars key_page"
     );
     // Every key that a scene is written with stands on the page.

@@ -1,9 +1,9 @@
 //! The reference page of all scene keys, made from the types.
 
-use phyxel::scene::Scene;
 use serde_json::Value;
 
-use crate::key_page::{KeyPage, KeyRow};
+use super::key_page::{KeyPage, KeyRow};
+use crate::Scene;
 
 /// The reference of all keys of a scene as Markdown: types, defaults and meaning, in the order in
 /// which a scene is written.

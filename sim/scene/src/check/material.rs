@@ -2,7 +2,7 @@
 
 use super::Checks;
 use super::shapes::region;
-use crate::scene::body::Body;
+use crate::Body;
 
 /// A body's material and its inclusions.
 pub(super) fn of(checks: &mut Checks, path: &str, body: &Body) {

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::tree::line_column;
+use crate::text::tree::line_column;
 
 /// A number as scenes have them: of any size, and its neighbours in binary.
 fn number() -> impl Strategy<Value = f64> {

@@ -2,9 +2,9 @@
 
 use std::fmt;
 
-use crate::error::{OverrideError, OverrideProblem, Place};
-use crate::key_path::{KeyPath, Segment};
-use crate::tree::{Content, Node, Syntax, line_column};
+use super::error::{OverrideError, OverrideProblem, Place};
+use super::key_path::{KeyPath, Segment};
+use super::tree::{Content, Node, Syntax, line_column};
 
 /// A change of one value: `path.to.key=value`.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -4,9 +4,7 @@ use super::rigid::rigid;
 use super::shapes::{region, tool_shape};
 use super::suggest::{DidYouMean, nearest};
 use super::{Checks, triple};
-use crate::scene::event::{Capture, Cut, Support, SupportMotion};
-use crate::scene::tool::Tool;
-use crate::scene::{Body, Key, Scene};
+use crate::{Body, Capture, Cut, Key, Scene, Support, SupportMotion, Tool};
 
 pub(super) fn support(checks: &mut Checks, path: &str, support: &Support, bodies: &[Body]) {
     body_name(

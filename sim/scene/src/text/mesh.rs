@@ -5,13 +5,12 @@ use std::path::Path;
 use glam::DVec3;
 use phyxel_discretize::{Bounds, RepairSettings, Solid, UnitGuess, guess_unit};
 
-use phyxel::scene::{
+use super::error::SceneError;
+use super::overrides::Override;
+use super::read::{from_text, to_ron};
+use crate::{
     Axis, Body, Capture, Cut, Gravity, Key, Pictures, Region, Scene, Shape, Support, SupportMotion,
 };
-
-use crate::error::SceneError;
-use crate::overrides::Override;
-use crate::read::{from_text, to_ron};
 
 /// The default scene of a mesh: resting on what lies below and behind it, under gravity, cut from
 /// the front down into its upper side where there is tissue, and drawn.

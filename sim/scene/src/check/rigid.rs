@@ -2,7 +2,7 @@
 
 use super::Checks;
 use super::file::{existing_file, scale};
-use crate::scene::RigidMesh;
+use crate::RigidMesh;
 
 pub(super) fn rigid(checks: &mut Checks, path: &str, mesh: &RigidMesh) {
     existing_file(checks, &format!("{path}.file"), &mesh.file, "a mesh file");
