@@ -49,7 +49,7 @@ pub enum EigenvalueError {
 }
 
 /// What the iteration found.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Eigenvalue {
     /// Largest eigenvalue of `M⁻¹ K` (1/s²), margin included; 0 if nothing resists motion.
     pub value: f64,

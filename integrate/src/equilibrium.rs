@@ -39,7 +39,7 @@ impl Default for StaticLoad<'_> {
 }
 
 /// What a static solution took.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 #[non_exhaustive]
 pub struct StaticReport {
     /// One report per load step that succeeded.
@@ -78,12 +78,7 @@ pub fn solve_static(
     let fits = load.forces.is_empty() || load.forces.len() == n;
     assert!(fits, "one force per node, or none");
     let mut newton = Newton::default();
-    let mut report = StaticReport {
-        steps: Vec::new(),
-        halved: 0,
-        reactions: Vec::new(),
-        energy: 0.0,
-    };
+    let mut report = StaticReport::default();
     let mut reached = 0.0;
     let mut size = f64::from(load.steps.max(1)).recip();
     let mut x = positions.to_vec();

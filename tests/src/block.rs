@@ -10,7 +10,7 @@ use glam::{DMat3, DVec3};
 use crate::kuhn;
 
 /// A box-shaped body ready for nodal mechanics.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Block {
     /// Node positions (m), x fastest.
     pub positions: Vec<DVec3>,
@@ -163,17 +163,9 @@ impl Block {
             positions,
             volumes,
             boundary_vectors,
-            tetrahedra: Vec::new(),
-            triangles: Vec::new(),
             offsets,
             indices,
-            weights: Vec::new(),
-            matrices: Vec::new(),
-            scales: Vec::new(),
-            multipliers: Vec::new(),
-            gradients: Vec::new(),
-            self_gradients: Vec::new(),
-            residual: 0.0,
+            ..Self::default()
         };
         body.set_weights();
         body

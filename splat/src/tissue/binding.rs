@@ -49,7 +49,7 @@ impl Default for BindSettings {
 /// Row i holds the nodes in order of distance; weights are those at the disk's middle and sum to 1. They are at least 0
 /// but where a cut hides the middle: there they are those of a point that is seen, followed along their slopes. A
 /// row with fewer nodes than the stride is padded with its first node at weight 0.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Binding {
     stride: usize,
     nodes: Vec<u32>,
@@ -92,11 +92,7 @@ impl Binding {
     pub(crate) fn empty(settings: &BindSettings, node_count: usize) -> Self {
         Self {
             stride: settings.neighbors.min(node_count).max(1),
-            nodes: Vec::new(),
-            weights: Vec::new(),
-            slopes: Vec::new(),
-            reach: Vec::new(),
-            sight: Vec::new(),
+            ..Self::default()
         }
     }
 

@@ -153,7 +153,7 @@ impl Shape {
 }
 
 /// How far a picture is from the exact one.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Difference {
     /// Background pixels more than one pixel inside the exact silhouette.
     pub(crate) holes: usize,
@@ -211,13 +211,7 @@ pub(crate) fn compare(shape: Shape, camera: &Camera, frame: &Frame) -> Differenc
         let (low, high) = depths.fold((f64::INFINITY, 0.0_f64), |(a, b), d| (a.min(d), b.max(d)));
         high - low > 0.2
     };
-    let mut out = Difference {
-        holes: 0,
-        strays: 0,
-        depth: 0.0,
-        normal: 0.0,
-        inside: 0,
-    };
+    let mut out = Difference::default();
     let (mut depths, mut normals) = (0, 0);
     for y in 0..h {
         for x in 0..w {
