@@ -5,7 +5,7 @@ use std::fmt;
 use serde::Serialize;
 
 /// One scene's figures. Numbers that were not asked for or never came up are empty in CSV.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Row {
     /// Name of the scene in its study.
     pub scene: String,

@@ -1,7 +1,7 @@
 //! A free block that spins while it is cut: what nothing from outside acts on keeps its momenta.
 
 use glam::DVec3;
-use phyxel::scene::{Body, Capture, Cut, Key, Sampling, Scene, Shape, Target};
+use phyxel::scene::{Body, Cut, Key, Scene, Shape, Target};
 use phyxel::{World, WorldState};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -35,12 +35,9 @@ pub struct Finding {
 }
 
 /// The scene; without gravity and supports, with two cuts that meet the turning block.
-fn scene(damping: f64, damping_ratio: f64) -> Result<Scene, StudyError> {
+fn scene(damping: f64, damping_ratio: f64) -> Scene {
     let mut body = Body::new(Shape::Box { size: SIZE });
-    body.sampling = Sampling {
-        target: Target::Nodes(600),
-        ..Sampling::default()
-    };
+    body.sampling.target = Target::Nodes(600);
     body.material.youngs_modulus = 2e4;
     body.material.poissons_ratio = 0.4;
     body.damping = damping;
@@ -49,11 +46,7 @@ fn scene(damping: f64, damping_ratio: f64) -> Result<Scene, StudyError> {
     scene.gravity = None;
     scene.integration.settle = None;
     scene.integration.duration = END;
-    let key = |time: f64, x: f64, z: f64| Key {
-        time,
-        position: DVec3::new(x, 0.0, z),
-        rotation: DVec3::ZERO,
-    };
+    let key = |time: f64, x: f64, z: f64| Key::new(time, DVec3::new(x, 0.0, z));
     for (name, path) in [
         ("half", vec![key(0.05, -0.08, 0.01), key(0.25, 0.0, 0.01)]),
         (
@@ -63,19 +56,10 @@ fn scene(damping: f64, damping_ratio: f64) -> Result<Scene, StudyError> {
     ] {
         scene.cuts.push(Cut {
             name: name.to_owned(),
-            body: None,
-            edge: vec![DVec3::Y * -0.1, DVec3::Y * 0.1],
-            path,
-            capture: Capture::default(),
-            weld_tolerance: None,
+            ..Cut::new(vec![DVec3::Y * -0.1, DVec3::Y * 0.1], path)
         });
     }
-    Ok(phyxel_scene::from_text(
-        &phyxel_scene::to_ron(&scene),
-        "spin",
-        "",
-        &[],
-    )?)
+    scene
 }
 
 /// Spins and cuts the block.
@@ -83,7 +67,7 @@ fn scene(damping: f64, damping_ratio: f64) -> Result<Scene, StudyError> {
 /// # Errors
 /// [`StudyError::World`] if a step fails.
 pub fn measure(damping: f64, damping_ratio: f64) -> Result<Finding, StudyError> {
-    let mut world = World::new(scene(damping, damping_ratio)?)?;
+    let mut world = World::new(scene(damping, damping_ratio))?;
     with_velocities(&mut world, |x| SPIN.cross(x))?;
     let body = &world.members()[0].body;
     let (start, first) = (body.motion.angular_momentum(), momentum(&world));
@@ -117,8 +101,8 @@ fn with_velocities(world: &mut World, velocity: impl Fn(DVec3) -> DVec3) -> Resu
     let kinetic: f64 = nodes.map(|(m, v)| 0.5 * m * v.length_squared()).sum();
     let mut kept = serde_json::to_value(world.state()).map_err(StudyError::State)?;
     // A step that is rolled back must not end at rest.
-    if let Some(whole) = kept.as_object_mut() {
-        whole.insert("kept".to_owned(), Value::Null);
+    if let Some(snapshot) = kept.pointer_mut("/now/kept") {
+        *snapshot = Value::Null;
     }
     let motion = kept
         .pointer_mut("/bodies/0/motion")

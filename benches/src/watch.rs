@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::time::Instant;
 
 use glam::DVec3;
-use phyxel::scene::{Rest, Scene};
+use phyxel::scene::Scene;
 use phyxel::{Body, CutEnergy, Cutting, Member, World, WorldError};
 use phyxel_cli::cli::load;
 use phyxel_enrich::{SMALLEST_PART, connected_pieces};
@@ -254,18 +254,11 @@ impl Watch {
     /// Settles and plays; the error in words.
     fn course(&mut self, world: &mut World, seen: &mut impl FnMut(&World)) -> Result<(), String> {
         let said = |error: WorldError| error.to_string();
-        if let Some(settle) = world.scene().integration.settle {
-            if settle.rest == Rest::Equilibrium {
-                world.rest_in_equilibrium().map_err(said)?;
-            } else {
-                while world.time() < settle.limit {
-                    self.step(world)?;
-                    seen(world);
-                    if world.gravity_is_full() && world.speed() < settle.speed {
-                        break;
-                    }
-                }
-            }
+        while world.is_settling() {
+            self.step(world)?;
+            seen(world);
+        }
+        if world.scene_time().is_none() {
             world.start_scene().map_err(said)?;
         }
         let duration = world.scene().integration.duration;
@@ -490,43 +483,10 @@ impl Row {
     /// The row of a scene of which nothing is known.
     pub(crate) fn unbuilt() -> Self {
         Self {
-            scene: String::new(),
-            ended: false,
-            error: String::new(),
-            nodes: 0,
-            steps: 0,
-            time: 0.0,
-            released: 0.0,
-            decay: 0.0,
-            retaken: 0,
-            unbalanced: 0,
-            added: 0.0,
-            added_at: 0,
-            added_by_stroke: 0.0,
-            imbalance: 0.0,
-            worst_imbalance: 0.0,
-            step_to_limit: None,
-            step_to_limit_at: None,
-            first_step: 0.0,
             shrink: 1.0,
             smallest_determinant: f64::INFINITY,
-            smallest_determinant_at: Place::default(),
-            first_inverted_at: None,
             farthest: 1.0,
-            farthest_at: Place::default(),
-            followers: 0.0,
-            debris: 0.0,
-            severed: 0,
-            area: 0.0,
-            damped: 0.0,
-            lattices: None,
-            without_lattice: None,
-            elastic: 0.0,
-            most_elastic: 0.0,
-            kinetic: 0.0,
-            dissipated: 0.0,
-            load: 0.0,
-            wall: 0.0,
+            ..Self::default()
         }
     }
 }

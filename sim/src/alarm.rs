@@ -6,7 +6,6 @@ use phyxel_mls::within_radius;
 
 use crate::body::Body;
 use crate::error::WorldError;
-use crate::warnings::triple;
 use crate::{Member, World};
 
 /// Fraction of the first step below which a step is reported.
@@ -22,29 +21,30 @@ impl World {
     /// What the run has reported so far, one sentence each.
     #[must_use]
     pub fn alarms(&self) -> &[String] {
-        &self.alarms
+        &self.now.alarms
     }
 
     fn alarm(&mut self, what: String, how: &str) {
-        if !self.alarms.iter().any(|alarm| alarm.starts_with(&what)) {
-            self.alarms.push(what + how);
+        if !self.now.alarms.iter().any(|alarm| alarm.starts_with(&what)) {
+            self.now.alarms.push(what + how);
         }
     }
 
     /// Reports where the step is below a hundredth of the first, and ends a run that stays there.
     pub(crate) fn watch_step(&mut self) -> Result<(), WorldError> {
-        let (time, step, first, number) = (self.time(), self.step, self.first_step, self.steps());
+        let (time, step, first, number) =
+            (self.time(), self.now.step, self.first_step, self.steps());
         if step >= SHORT * first {
-            self.short_since = None;
+            self.now.short_since = None;
             return Ok(());
         }
-        if let Some(since) = self.short_since {
+        if let Some(since) = self.now.short_since {
             return match number.saturating_sub(since) {
                 0..PATIENCE => Ok(()),
                 _ => self.check_step(step),
             };
         }
-        self.short_since = Some(number);
+        self.now.short_since = Some(number);
         let eigenvalue = |member: &Member| member.body.current_eigenvalue();
         let stiffest =
             (self.members.iter_mut()).max_by(|a, b| eigenvalue(a).total_cmp(&eigenvalue(b)));
@@ -55,8 +55,9 @@ impl World {
         let place = body.stiffest_nodes(1, None).first().map_or_else(
             || "the whole body".to_owned(),
             |stiff| {
-                let rest = triple(body.rest[stiff.node as usize]);
-                format!("node {}, at rest at {rest} m", stiff.node)
+                let DVec3 { x, y, z } = body.rest[stiff.node as usize];
+                let node = stiff.node;
+                format!("node {node}, at rest at ({x:.3e}, {y:.3e}, {z:.3e}) m")
             },
         );
         let how = format!(

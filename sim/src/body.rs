@@ -17,15 +17,15 @@ use crate::contact_surface::{SurfaceNodes, contact_surface_of, surface_triangles
 use crate::error::{BodyProblem, WorldError};
 use crate::model::{Built, build};
 use crate::scene::{self, Scene};
-use crate::scheme::{Stepper, equilibrium, step_shared};
+use crate::scheme::{Stepper, Timed, equilibrium};
 use crate::shares::Shared;
 use crate::support::supports_of;
 use crate::tool::ToolContact;
 
 /// Room above the power iteration's estimate, which comes from below.
-pub(crate) const EIGENVALUE_MARGIN: f64 = 0.05;
+const EIGENVALUE_MARGIN: f64 = 0.05;
 
-/// How the eigenvalue of a body at rest is estimated.
+/// How the eigenvalue of a body at rest is estimated, and with fewer products later on.
 pub(crate) fn first_estimate() -> EigenvalueSettings {
     EigenvalueSettings {
         margin: EIGENVALUE_MARGIN,
@@ -165,24 +165,19 @@ impl Body {
     pub(crate) fn build(scene: &Scene, description: &scene::Body) -> Result<Self, BodyProblem> {
         let (solid, report) = description.shape.solid(&description.placement())?;
         let Built {
-            rest,
-            volumes,
-            mut masses,
-            inert,
+            sampled,
+            coupled,
             parts,
-            tetrahedra,
-            outer,
-            volume_error,
-            missed,
-            neighborhoods,
-            stencils,
             mut elastic,
         } = build(scene, &solid, description)?;
+        let (rest, tetrahedra) = (sampled.positions, sampled.tetrahedra);
+        let (volumes, mut masses) = (coupled.volumes, coupled.masses);
+        let neighborhoods = coupled.neighborhoods;
         let initial = Totals {
             mass: masses.iter().sum(),
             volume: volumes.iter().sum(),
         };
-        let supports = supports_of(scene, description, &rest);
+        let supports = supports_of(scene, description, &rest, None);
         elastic.set_held(&held_nodes(&supports));
         // Stretching stiffens; the estimate is taken at rest and the step factor leaves the room.
         let mut forces = vec![DVec3::ZERO; rest.len()];
@@ -219,7 +214,7 @@ impl Body {
         };
         let covered = tetrahedra.is_empty() && !scene.tools.is_empty();
         let surface_nodes = covered
-            .then(|| SurfaceNodes::new(&solid, &rest, &outer, spacing))
+            .then(|| SurfaceNodes::new(&solid, &rest, &sampled.outer, spacing))
             .transpose()?;
         Ok(Self {
             fingerprint: fingerprint(&rest),
@@ -227,15 +222,15 @@ impl Body {
             solid,
             report,
             tetrahedra,
-            volume_error,
-            missed,
+            volume_error: sampled.volume_error,
+            missed: sampled.missed,
             spacing,
             rest,
             volumes,
             masses,
-            inert,
+            inert: coupled.inert,
             neighborhoods,
-            stencils,
+            stencils: coupled.stencils,
             elastic,
             motion,
             stiffness: StiffnessTracker::default(),
@@ -243,13 +238,7 @@ impl Body {
             smallest_ratio: 1.0,
             doubt: None,
             mass_scaling,
-            eigenvalue: Eigenvalue {
-                value: 0.0,
-                rayleigh: 0.0,
-                residual: 0.0,
-                iterations: 0,
-                critical_step: f64::INFINITY,
-            },
+            eigenvalue: Eigenvalue::default(),
             step_factor: scene.integration.step_factor,
             damping: description.damping,
             initial,
@@ -316,18 +305,11 @@ impl Body {
             self.motion.set_critical_step(critical);
         }
         let shares = self.shares();
-        let acting = (contacts, self.grip.as_mut(), others);
-        match shares {
-            None => self.stepper.step_with(
-                step,
-                &mut self.motion,
-                &mut self.elastic,
-                acting,
-                in_forces,
-                in_contact,
-            )?,
-            Some(shares) => step_shared(step, &mut self.motion, &shares, acting, in_contact)?,
-        }
+        let (elastic, acting) = (&mut self.elastic, (contacts, self.grip.as_mut(), others));
+        let law = &mut Timed { elastic, in_forces };
+        let (motion, shares) = (&mut self.motion, shares.as_deref());
+        self.stepper
+            .step_with(step, motion, law, shares, acting, in_contact)?;
         self.smallest_ratio = self.smallest_ratio.min(self.smallest_volume_ratio());
         self.doubt = self.doubt.or_else(|| self.motion.take_warning());
         if self.elastic.is_viscous() {

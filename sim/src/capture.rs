@@ -89,41 +89,35 @@ impl World {
             let applied = member.apply(index, capture, phase);
             let (update, sweep) = applied.map_err(|problem| problem.of(&member.body))?;
             changed |= !update.touched.is_empty();
-            self.captured.push(Arc::new(CapturedEdge {
+            self.now.captured.push(Arc::new(CapturedEdge {
                 steps: member.body.motion.steps(),
                 member: place,
                 cut: index,
                 phase,
                 sweep,
             }));
-            self.grow_contact(place, &update.triangles)?;
-            take_note(
-                &mut self.cut_through,
-                &mut self.new_pieces,
-                (index, place),
-                update,
-            );
+            self.take_note(place, update)?;
         }
         self.phases.add(Phase::Cut, begun.elapsed());
         if changed {
             self.waiting.get_or_insert(begun);
-            self.step = self.smallest_step_size();
+            self.now.step = self.smallest_step_size();
             self.forget_kept();
         }
         Ok(changed)
     }
 
-    /// Lets contact between bodies follow a cut that a body has taken.
-    pub(crate) fn grow_contact(
-        &mut self,
-        place: usize,
-        triangles: &[[DVec3; 3]],
-    ) -> Result<(), WorldError> {
-        let Some(contact) = &mut self.deformable else {
-            return Ok(());
-        };
-        let grown = contact.grow(&self.members, place, triangles);
-        grown.map_err(|problem| problem.of(&self.members[place].body))
+    /// Lets contact between bodies follow a cut that a body has taken, and keeps its new pieces for drawing.
+    pub(crate) fn take_note(&mut self, member: usize, update: CutUpdate) -> Result<(), WorldError> {
+        let triangles = update.triangles;
+        if let Some(contact) = &mut self.deformable {
+            let grown = contact.grow(&self.members, member, &triangles);
+            grown.map_err(|problem| problem.of(&self.members[member].body))?;
+        }
+        if !triangles.is_empty() {
+            self.new_pieces.push(CutPiece { member, triangles });
+        }
+        Ok(())
     }
 
     /// How many edges of a cut the scene's path captures.
@@ -162,22 +156,6 @@ impl World {
             }
         }
         Ok(captures)
-    }
-}
-
-/// What drawing and counting need to know of an update, of a cut in a member.
-pub(crate) fn take_note(
-    cut_through: &mut [bool],
-    pieces: &mut Vec<CutPiece>,
-    (cut, member): (usize, usize),
-    update: CutUpdate,
-) {
-    cut_through[cut] |= !update.touched.is_empty();
-    if !update.triangles.is_empty() {
-        pieces.push(CutPiece {
-            member,
-            triangles: update.triangles,
-        });
     }
 }
 

@@ -33,12 +33,12 @@ impl World {
                     }
                 }
                 Action::Gravity { acceleration } => {
-                    self.adjusted.gravity = Some(acceleration);
+                    self.now.adjusted.gravity = Some(acceleration);
                     self.set_gravity(Some(acceleration))?;
                 }
                 Action::Damping { rate } => {
-                    self.adjusted.damping = Some(rate);
-                    if self.origin.is_some() {
+                    self.now.adjusted.damping = Some(rate);
+                    if self.now.origin.is_some() {
                         self.set_damping(None)?;
                     }
                 }
@@ -53,7 +53,7 @@ impl World {
 
     /// Grips every body that has nodes there.
     fn grip(&mut self, point: DVec3, radius: f64) {
-        let step = self.step;
+        let step = self.now.step;
         for (Member { body, .. }, description) in self.members.iter_mut().zip(&self.scene.bodies) {
             let modulus = description.material.youngs_modulus;
             // Less than a node spacing would find none on one position and one on another.
@@ -75,7 +75,7 @@ impl World {
     #[must_use]
     pub fn gravity(&self) -> DVec3 {
         let scene = self.scene.gravity.map_or(DVec3::ZERO, |g| g.acceleration);
-        self.adjusted.gravity.unwrap_or(scene)
+        self.now.adjusted.gravity.unwrap_or(scene)
     }
 
     /// Mass-proportional damping (1/s) once settled, of the first body where they differ.
@@ -83,7 +83,7 @@ impl World {
     pub fn damping(&self) -> f64 {
         let first = self.members.first();
         let own = first.map_or(0.0, |member| member.body.damping);
-        self.adjusted.damping.unwrap_or(own)
+        self.now.adjusted.damping.unwrap_or(own)
     }
 
     /// Where a tool was driven last.

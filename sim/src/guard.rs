@@ -99,14 +99,14 @@ impl World {
         }
         self.follow_stiffness(number)?;
         self.watch_step()?;
-        if self.kept.is_none() {
+        if self.now.kept.is_none() {
             self.keep();
         }
         let smallest = self.smallest_step();
         let stable = self.check_step(smallest);
         let vanished = stable.is_err();
         let result = stable.and_then(|()| self.advance_in_parts(step, 1, &from, poses));
-        let Some(kept) = &mut self.kept else {
+        let Some(kept) = &mut self.now.kept else {
             return result;
         };
         // A step that was chosen when it had vanished already, as after a cut, leads nowhere: it is not retried.
@@ -122,7 +122,7 @@ impl World {
                     self.check_step(smallest)?;
                 }
             }
-            Ok(()) if due => self.control.recover(),
+            Ok(()) if due => self.now.control.recover(),
             Ok(()) => return Ok(()),
         }
         self.keep();
@@ -159,12 +159,12 @@ impl World {
 
     /// Forgets the snapshot: it is of another model, or of another part of the scene.
     pub(crate) fn forget_kept(&mut self) {
-        self.kept = None;
+        self.now.kept = None;
     }
 
     /// Brings here what partitions of bodies have of the snapshot.
     pub(crate) fn fetch_kept(&mut self) {
-        let kept = self.kept.iter_mut().flat_map(|kept| &mut kept.bodies);
+        let kept = self.now.kept.iter_mut().flat_map(|kept| &mut kept.bodies);
         for (member, state) in self.members.iter_mut().zip(kept) {
             member.body.fetch_kept(state);
         }
@@ -176,11 +176,11 @@ impl World {
 
     fn keep(&mut self) {
         let rigid = |member: &mut Member| member.body.rigid_energies();
-        self.kept = Some(Kept {
+        self.now.kept = Some(Kept {
             rigid: self.members.iter_mut().map(rigid).collect(),
             bodies: self.members.iter_mut().map(Member::keep).collect(),
             contact: (self.deformable.as_ref()).map(|contact| contact.state().clone()),
-            gravity: self.gravity,
+            gravity: self.now.gravity,
             poses: self.input.poses().to_vec(),
             taken: Vec::new(),
         });
@@ -189,13 +189,13 @@ impl World {
     /// Does the steps since the last snapshot again, shorter.
     fn retake(&mut self, error: WorldError) -> Result<(), WorldError> {
         self.fetch_kept();
-        let Some(kept) = self.kept.take() else {
+        let Some(kept) = self.now.kept.take() else {
             return Err(error);
         };
-        self.retaken.stretches += 1;
+        self.now.retaken.stretches += 1;
         let mut last = error;
         for division in StepControl::DIVISIONS {
-            self.control.shorten(division);
+            self.now.control.shorten(division);
             match self.repeat(&kept, division) {
                 Ok(()) => return Ok(()),
                 Err(error) => last = error,
@@ -206,7 +206,7 @@ impl World {
                 problem: BodyProblem::Unbalanced { share, .. },
                 ..
             } if !StepControl::is_fatal(share) => {
-                self.retaken.unbalanced += 1;
+                self.now.retaken.unbalanced += 1;
                 Ok(())
             }
             WorldError::Body {
@@ -233,7 +233,7 @@ impl World {
             self.advance_in_parts(*step, division, &from, to)?;
             from.clone_from(to);
         }
-        self.check_energy_since(kept)
+        check_energy_since(kept, &mut self.members)
     }
 
     /// Takes a step (s) in so many parts, each as many times divided as keeps fast tools from passing through bodies.
@@ -335,7 +335,7 @@ impl World {
             any |= followed.map_err(|problem| problem.of(body))?;
         }
         if any {
-            self.step = self.smallest_step_size();
+            self.now.step = self.smallest_step_size();
             self.phases.add(Phase::Integration, start.elapsed());
         }
         Ok(())
@@ -351,35 +351,28 @@ impl World {
             let estimate = handed.and_then(|()| member.body.estimate_eigenvalue(products));
             estimate.map_err(|problem| problem.of(&member.body))?;
         }
-        self.step = self.smallest_step_size();
+        self.now.step = self.smallest_step_size();
         self.phases.add(Phase::Integration, start.elapsed());
         Ok(())
     }
 
     fn check_energy(&mut self) -> Result<(), WorldError> {
-        let Some(kept) = self.kept.take() else {
-            return Ok(());
-        };
-        let result = self.check_energy_since(&kept);
-        self.kept = Some(kept);
-        result
+        let kept = self.now.kept.as_ref();
+        kept.map_or(Ok(()), |kept| check_energy_since(kept, &mut self.members))
     }
+}
 
-    fn check_energy_since(&mut self, kept: &Kept) -> Result<(), WorldError> {
-        let kept = kept.bodies.iter().zip(&kept.rigid);
-        for (Member { body, .. }, (before, rigid)) in self.members.iter_mut().zip(kept) {
-            let rigid = [*rigid, body.rigid_energies()];
-            let round_off = body.elastic.energy_round_off();
-            if let Some(share) = body.motion.gained_since(&before.motion, rigid, round_off) {
-                let problem = BodyProblem::Unbalanced {
-                    share,
-                    time: body.motion.time(),
-                };
-                return Err(problem.of(body));
-            }
+fn check_energy_since(kept: &Kept, members: &mut [Member]) -> Result<(), WorldError> {
+    let kept = kept.bodies.iter().zip(&kept.rigid);
+    for (Member { body, .. }, (before, rigid)) in members.iter_mut().zip(kept) {
+        let rigid = [*rigid, body.rigid_energies()];
+        let round_off = body.elastic.energy_round_off();
+        if let Some(share) = body.motion.gained_since(&before.motion, rigid, round_off) {
+            let time = body.motion.time();
+            return Err(BodyProblem::Unbalanced { share, time }.of(body));
         }
-        Ok(())
     }
+    Ok(())
 }
 
 impl Body {

@@ -33,7 +33,6 @@ mod stencils;
 mod stiffness;
 mod support;
 mod tool;
-mod warnings;
 
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
@@ -49,7 +48,6 @@ pub use {
 
 pub use body::Body;
 use capture::capture_times;
-use cutting::CapturedEdge;
 pub use cutting::Cutting;
 pub use energy::{CutEnergy, StrokeEnergy};
 pub use error::{BodyProblem, WorldError};
@@ -61,13 +59,12 @@ pub use parts::PartCost;
 pub use phases::{Phase, Phases, Spent};
 pub use shape::extent;
 pub use shares::BodyShares;
+use state::Standing;
 pub use state::WorldState;
 pub use stencils::elastic_stencils;
 pub use tool::ToolForce;
 
 use deformable::DeformableBodies;
-use grip::Adjusted;
-use guard::Kept;
 use input::InputSource;
 use phyxel_integrate::{DeformableForce, DeformableState, StepControl};
 use scene::Scene;
@@ -91,32 +88,14 @@ pub struct World {
     members: Vec<Member>,
     /// Contact between bodies, if the scene asks for it.
     deformable: Option<Box<DeformableBodies>>,
-    step: f64,
     first_step: f64,
-    /// Motion time at which scene time is 0; `None` while settling.
-    origin: Option<f64>,
-    gravity: Option<DVec3>,
+    now: Standing,
     input: InputSource,
     phases: Phases,
     /// When the newest blade update began, until the step that follows it is done.
     waiting: Option<Instant>,
     latencies: Vec<f64>,
     new_pieces: Vec<CutPiece>,
-    /// Every captured edge; copies of a world share them.
-    captured: Vec<Arc<CapturedEdge>>,
-    /// Where to return to if a step fails.
-    kept: Option<Kept>,
-    /// Divisor of the step after steps that failed.
-    control: StepControl,
-    retaken: Retaken,
-    /// Whether each of the scene's cuts has changed any body.
-    cut_through: Vec<bool>,
-    /// What users changed of what the scene says.
-    adjusted: Adjusted,
-    /// What was told at once, each once.
-    alarms: Vec<String>,
-    /// The step from which on all are below a hundredth of the first.
-    short_since: Option<u64>,
 }
 
 impl World {
@@ -186,30 +165,22 @@ impl World {
         let captures = scene.cuts.iter().map(|cut| capture_times(cut, &members));
         let captures = captures.collect::<Result<_, _>>()?;
         let mut world = Self {
-            gravity: scene.gravity.as_ref().map(|_| DVec3::ZERO),
+            now: Standing {
+                gravity: scene.gravity.as_ref().map(|_| DVec3::ZERO),
+                ..Standing::default()
+            },
             input: InputSource::of(&scene, captures),
-            // That of the program is last.
-            cut_through: vec![false; scene.cuts.len() + 1],
             scene,
             members,
             deformable: deformable.map(Box::new),
-            step: 0.0,
             first_step: 0.0,
-            origin: None,
             phases,
             waiting: None,
             latencies: Vec::new(),
             new_pieces: Vec::new(),
-            captured: Vec::new(),
-            kept: None,
-            control: StepControl::default(),
-            retaken: Retaken::default(),
-            adjusted: Adjusted::default(),
-            alarms: Vec::new(),
-            short_since: None,
         };
-        world.step = world.smallest_step_size();
-        world.first_step = world.step;
+        world.first_step = world.smallest_step_size();
+        world.now.step = world.first_step;
         match world.scene.integration.settle {
             Some(settle) => world.set_damping(Some(settle.damping))?,
             None => world.start_scene()?,
@@ -250,13 +221,13 @@ impl World {
     /// Scene time (s); `None` while settling.
     #[must_use]
     pub fn scene_time(&self) -> Option<f64> {
-        self.origin.map(|origin| self.time() - origin)
+        self.now.origin.map(|origin| self.time() - origin)
     }
 
     /// Step (s).
     #[must_use]
     pub fn step_size(&self) -> f64 {
-        self.step
+        self.now.step
     }
 
     /// Step (s) that was chosen for the uncut bodies.
@@ -432,7 +403,7 @@ impl World {
     /// The next step (s): the last one ends where the scene does, and steps longer than the time between
     /// two rows of the history end at the rows.
     fn next_step(&self) -> f64 {
-        let mut step = self.step;
+        let mut step = self.now.step;
         let rate = self.scene.observe.history_rate;
         if step * rate > 1.0 {
             let done = (self.time() * rate * (1.0 + 1e-12)).floor();
@@ -449,11 +420,11 @@ impl World {
     /// Stretches of steps that were retried.
     #[must_use]
     pub fn retaken(&self) -> Retaken {
-        self.retaken
+        self.now.retaken
     }
 
     fn smallest_step_size(&self) -> f64 {
         let steps = self.members.iter().map(|member| member.body.step_size());
-        steps.fold(f64::INFINITY, f64::min) / self.control.divisor
+        steps.fold(f64::INFINITY, f64::min) / self.now.control.divisor
     }
 }

@@ -26,19 +26,10 @@ const NEAREST: usize = 14;
 
 /// What a body is made of, before it moves.
 pub(crate) struct Built {
-    pub(crate) rest: Vec<DVec3>,
-    pub(crate) volumes: Vec<f64>,
-    pub(crate) masses: Vec<f64>,
-    /// Nodes within a support, which carry no strain.
-    pub(crate) inert: Vec<u32>,
+    pub(crate) sampled: Sampled,
+    pub(crate) coupled: Coupled,
     /// Material of each node; empty for one.
     pub(crate) parts: Vec<u32>,
-    pub(crate) tetrahedra: Vec<[u32; 4]>,
-    pub(crate) outer: Vec<u32>,
-    pub(crate) volume_error: Option<f64>,
-    pub(crate) missed: f64,
-    pub(crate) neighborhoods: Neighborhoods,
-    pub(crate) stencils: GradientStencils,
     pub(crate) elastic: Elastic,
 }
 
@@ -48,17 +39,10 @@ pub(crate) fn build(
     solid: &Solid,
     spec: &scene::Body,
 ) -> Result<Built, BodyProblem> {
-    let sampling = sample(solid, spec)?;
-    let holders = holders(scene, spec, &sampling.positions);
-    let part_of = parts_of(spec, &sampling.positions);
-    let Coupled {
-        neighborhoods,
-        stencils,
-        carried,
-        volumes,
-        mut masses,
-        inert,
-    } = couple(&sampling, &holders, spec)?;
+    let sampled = sample(solid, spec)?;
+    let holders = holders(scene, spec, &sampled.positions);
+    let part_of = parts_of(spec, &sampled.positions);
+    let mut coupled = couple(&sampled, &holders, spec)?;
     let parts = spec
         .inclusions
         .iter()
@@ -66,7 +50,7 @@ pub(crate) fn build(
     let all: Vec<MaterialSettings> = std::iter::once(spec.material.clone())
         .chain(parts)
         .collect();
-    for (mass, &part) in masses.iter_mut().zip(&part_of) {
+    for (mass, &part) in coupled.masses.iter_mut().zip(&part_of) {
         let density = all[part as usize].density;
         if part > 0 {
             *mass *= density / spec.material.density;
@@ -81,11 +65,12 @@ pub(crate) fn build(
             of_node: &part_of,
         }
     };
+    let (graph, stencils) = (&coupled.neighborhoods, &coupled.stencils);
     let mut elastic = Elastic::new(
-        &elastic_stencils(&stencils, &neighborhoods),
+        &elastic_stencils(stencils, graph),
         &Nodes {
-            rest_positions: &sampling.positions,
-            volumes: carried.as_ref().unwrap_or(&volumes),
+            rest_positions: &sampled.positions,
+            volumes: coupled.carried.as_ref().unwrap_or(&coupled.volumes),
         },
         &materials,
         &Settings {
@@ -93,48 +78,41 @@ pub(crate) fn build(
             dilatation: spec.material.dilatation,
         },
     )?;
-    if carried.is_some() {
+    if coupled.carried.is_some() {
         // Nodes at a corner of what is fixed, which a support leaves too little to tell a strain from.
         let policy = CutPolicy::default();
         let too_few = |&node: &u32| {
             let at = node as usize;
-            holders[at] > 0 && inert.binary_search(&node).is_err() && {
-                let row = &stencils.weights[neighborhoods.pairs(at)];
+            holders[at] > 0 && coupled.inert.binary_search(&node).is_err() && {
+                let row = &stencils.weights[graph.pairs(at)];
                 let linked = row.iter().filter(|&&weight| weight > 0.0).count();
-                linked < policy.fewest_neighbors && linked < neighborhoods.row(at).len()
+                linked < policy.fewest_neighbors && linked < graph.row(at).len()
                     || stencils.ranks[at].condition > policy.largest_condition
             }
         };
         let weak: Vec<u32> = (0..).take(holders.len()).filter(too_few).collect();
-        elastic.weaken(&weak, &sampling.positions, &|_| 1.0);
+        elastic.weaken(&weak, &sampled.positions, &|_| 1.0);
     }
     // Between two steps a viscous body answers at once.
     elastic.begin_viscous_step(0.0);
     Ok(Built {
-        rest: sampling.positions,
-        volumes,
-        masses,
-        inert,
+        sampled,
+        coupled,
         parts: part_of,
-        tetrahedra: sampling.tetrahedra,
-        outer: sampling.outer,
-        volume_error: sampling.volume_error,
-        missed: sampling.missed,
-        neighborhoods,
-        stencils,
         elastic,
     })
 }
 
 /// Nodes that know their neighbours.
-struct Coupled {
-    neighborhoods: Neighborhoods,
-    stencils: GradientStencils,
+pub(crate) struct Coupled {
+    pub(crate) neighborhoods: Neighborhoods,
+    pub(crate) stencils: GradientStencils,
     /// Volumes (m³) whose strain nodes carry, where these are not their volumes.
     carried: Option<Vec<f64>>,
-    volumes: Vec<f64>,
-    masses: Vec<f64>,
-    inert: Vec<u32>,
+    pub(crate) volumes: Vec<f64>,
+    pub(crate) masses: Vec<f64>,
+    /// Nodes within a support, which carry no strain.
+    pub(crate) inert: Vec<u32>,
 }
 
 fn couple(sampling: &Sampled, holders: &[u32], spec: &scene::Body) -> Result<Coupled, BodyProblem> {

@@ -53,72 +53,47 @@ impl Stepper {
         }
     }
 
-    /// Takes one step of `step` (s).
+    /// Takes one step of `step` (s), where the shares of a body are if it has any.
     pub(crate) fn step_with(
         &mut self,
         step: f64,
         motion: &mut Motion,
-        elastic: &mut Elastic,
+        law: &mut Timed<'_>,
+        shares: Option<&Mutex<dyn BodyShares>>,
         (contacts, mut grip, mut others): Acting<'_, '_>,
-        in_forces: &mut Duration,
         in_contact: &mut Duration,
     ) -> Result<(), BodyProblem> {
-        let mut law = Timed { elastic, in_forces };
-        match self {
-            Self::Implicit { solver, .. } => {
-                let mut tools: Vec<_> = contacts
-                    .iter_mut()
-                    .map(|contact| &mut contact.rigid)
-                    .collect();
-                solver.step_with(motion, step, &mut law, &mut tools)?;
+        if let Self::Implicit { solver, .. } = self {
+            let mut tools: Vec<_> = contacts
+                .iter_mut()
+                .map(|contact| &mut contact.rigid)
+                .collect();
+            solver.step_with(motion, step, law, &mut tools)?;
+            return Ok(());
+        }
+        let is_free = contacts.is_empty() && grip.is_none() && others.is_none();
+        let press = &mut |view: &StepView<'_>, forces: &mut [DVec3]| {
+            for contact in contacts.iter_mut() {
+                contact.press(view, forces, in_contact);
             }
-            Self::Explicit if contacts.is_empty() && grip.is_none() && others.is_none() => {
-                motion.step(step, |x, f| law.forces_into(x, f))?;
+            if let Some(grip) = &mut grip {
+                grip.pull(view, forces);
             }
-            Self::Explicit => {
-                motion.step_with(step, |x, f| law.forces_into(x, f), &mut |view, forces| {
-                    for contact in contacts.iter_mut() {
-                        contact.press(view, forces, in_contact);
-                    }
-                    if let Some(grip) = &mut grip {
-                        grip.pull(view, forces);
-                    }
-                    if let Some(others) = &mut others {
-                        others(view, forces);
-                    }
-                })?;
+            if let Some(others) = &mut others {
+                others(view, forces);
             }
+        };
+        let forces = |x: &[DVec3], f: &mut [DVec3]| law.forces_into(x, f);
+        match shares {
+            Some(shares) => {
+                let shares = &mut *shares.lock().unwrap_or_else(PoisonError::into_inner);
+                motion.step_shared(step, shares, if is_free { None } else { Some(press) })?;
+            }
+            None if is_free => motion.step(step, forces)?,
+            None => motion.step_with(step, forces, press)?,
         }
         Ok(())
     }
-}
-
-/// Takes one step of `step` (s) where the shares of a body are.
-pub(crate) fn step_shared(
-    step: f64,
-    motion: &mut Motion,
-    shares: &Mutex<dyn BodyShares>,
-    (contacts, mut grip, mut others): Acting<'_, '_>,
-    in_contact: &mut Duration,
-) -> Result<(), BodyProblem> {
-    let mut shares = shares.lock().unwrap_or_else(PoisonError::into_inner);
-    if contacts.is_empty() && grip.is_none() && others.is_none() {
-        motion.step_shared(step, &mut *shares, None)?;
-        return Ok(());
-    }
-    let press = &mut |view: &StepView<'_>, forces: &mut [DVec3]| {
-        for contact in contacts.iter_mut() {
-            contact.press(view, forces, in_contact);
-        }
-        if let Some(grip) = &mut grip {
-            grip.pull(view, forces);
-        }
-        if let Some(others) = &mut others {
-            others(view, forces);
-        }
-    };
-    motion.step_shared(step, &mut *shares, Some(press))?;
-    Ok(())
 }
 
 /// Positions (m) of the nodes in equilibrium with `loads` (N), from their positions at rest.
@@ -152,9 +127,9 @@ pub(crate) fn equilibrium(
 }
 
 /// A body's forces with the time that they take.
-struct Timed<'a> {
-    elastic: &'a mut Elastic,
-    in_forces: &'a mut Duration,
+pub(crate) struct Timed<'a> {
+    pub(crate) elastic: &'a mut Elastic,
+    pub(crate) in_forces: &'a mut Duration,
 }
 
 impl ForceLaw for Timed<'_> {

@@ -24,18 +24,13 @@ impl World {
         (2.0 * kinetic / mass).sqrt()
     }
 
-    /// Whether gravity has reached its full size.
-    #[must_use]
-    pub fn gravity_is_full(&self) -> bool {
-        let full = self.scene.gravity.map(|gravity| gravity.acceleration);
-        self.gravity == full || self.adjusted.gravity.is_some()
-    }
-
     /// Whether the bodies are at rest under all of gravity, as the scene's settling asks.
     #[must_use]
     pub fn is_at_rest(&self) -> bool {
+        let full = self.scene.gravity.map(|gravity| gravity.acceleration);
+        let is_full = self.now.gravity == full || self.now.adjusted.gravity.is_some();
         let settle = self.scene.integration.settle;
-        self.gravity_is_full() && settle.is_none_or(|settle| self.speed() < settle.speed)
+        is_full && settle.is_none_or(|settle| self.speed() < settle.speed)
     }
 
     /// Lets the bodies come to rest as the scene's `integration.settle` says, and starts the scene;
@@ -44,19 +39,27 @@ impl World {
     /// # Errors
     /// As [`World::step`] and [`World::rest_in_equilibrium`].
     pub fn settle(&mut self) -> Result<bool, WorldError> {
-        let (None, Some(settle)) = (self.origin, self.scene.integration.settle) else {
+        if self.now.origin.is_some() {
             return Ok(true);
-        };
-        let mut rested = settle.rest == Rest::Equilibrium;
-        if rested {
-            self.rest_in_equilibrium()?;
         }
-        while !rested && !self.has_settled() {
+        while self.is_settling() {
             self.step()?;
-            rested = self.is_at_rest();
         }
+        let rested = self.rests_in_equilibrium() || self.is_at_rest();
         self.start_scene()?;
         Ok(rested)
+    }
+
+    /// Whether steps go on until the bodies are at rest or the time for it is over; then [`World::start_scene`] follows.
+    #[must_use]
+    pub fn is_settling(&self) -> bool {
+        let moves = self.now.origin.is_none() && !self.rests_in_equilibrium();
+        moves && !self.has_settled() && !(self.steps() > 0 && self.is_at_rest())
+    }
+
+    fn rests_in_equilibrium(&self) -> bool {
+        let settle = self.scene.integration.settle;
+        settle.is_some_and(|settle| settle.rest == Rest::Equilibrium)
     }
 
     /// Whether the bodies have settled for as long as they may and the scene has not started:
@@ -64,7 +67,7 @@ impl World {
     #[must_use]
     pub fn has_settled(&self) -> bool {
         let settle = self.scene.integration.settle;
-        self.origin.is_none() && settle.is_some_and(|settle| self.time() >= settle.limit)
+        self.now.origin.is_none() && settle.is_some_and(|settle| self.time() >= settle.limit)
     }
 
     /// Puts every body where it is in equilibrium with all of gravity, instead of settling by motion;
@@ -86,23 +89,27 @@ impl World {
         self.estimate_eigenvalues(EQUILIBRIUM_PRODUCTS)
     }
 
-    /// Ends settling: scene time is 0 from here.
+    /// Ends settling: scene time is 0 from here. Where the scene asks for an equilibrium the bodies are put there.
     ///
     /// # Errors
-    /// [`WorldError`] if a motion refuses its damping.
+    /// As [`World::rest_in_equilibrium`], and if a motion refuses its damping.
     pub fn start_scene(&mut self) -> Result<(), WorldError> {
+        if self.now.origin.is_none() && self.rests_in_equilibrium() {
+            self.rest_in_equilibrium()?;
+        }
         self.start_scene_at(self.time())
     }
 
     pub(crate) fn start_scene_at(&mut self, start: f64) -> Result<(), WorldError> {
-        self.origin = Some(start);
+        self.now.origin = Some(start);
         self.forget_kept();
         self.set_damping(None)?;
         for (member, description) in self.members.iter_mut().zip(&self.scene.bodies) {
             let body = &mut member.body;
             body.fetch();
-            let driven = support::driven_supports_of(&self.scene, description, &body.rest, start);
-            if let Some(supports) = driven {
+            if support::is_driven(&self.scene, description) {
+                let rest = &body.rest;
+                let supports = support::supports_of(&self.scene, description, rest, Some(start));
                 body.set_supports(supports);
             }
             if description.velocity != DVec3::ZERO {
@@ -125,7 +132,7 @@ impl World {
 
     pub(crate) fn set_damping(&mut self, damping: Option<f64>) -> Result<(), WorldError> {
         for Member { body, .. } in &mut self.members {
-            let value = damping.or(self.adjusted.damping);
+            let value = damping.or(self.now.adjusted.damping);
             let value = value.unwrap_or(body.damping);
             body.motion
                 .set_damping(value)
@@ -136,10 +143,10 @@ impl World {
 
     /// Sets the weights at the end of a step (s) while gravity grows.
     pub(crate) fn load_gravity(&mut self, step: f64) -> Result<(), WorldError> {
-        let (Some(gravity), Some(present)) = (self.scene.gravity, self.gravity) else {
+        let (Some(gravity), Some(present)) = (self.scene.gravity, self.now.gravity) else {
             return Ok(());
         };
-        if present == gravity.acceleration || self.adjusted.gravity.is_some() {
+        if present == gravity.acceleration || self.now.adjusted.gravity.is_some() {
             return Ok(());
         }
         let reached = if gravity.ramp > 0.0 {
@@ -156,7 +163,7 @@ impl World {
     }
 
     pub(crate) fn set_gravity(&mut self, gravity: Option<DVec3>) -> Result<(), WorldError> {
-        self.gravity = gravity;
+        self.now.gravity = gravity;
         let Some(now) = gravity else {
             return Ok(());
         };

@@ -11,7 +11,6 @@ use phyxel_integrate::{DeformableState, StepControl};
 use serde::{Deserialize, Serialize};
 
 use crate::body_state::BodyState;
-use crate::capture::take_note;
 use crate::cutting::CapturedEdge;
 use crate::error::{BodyProblem, WorldError};
 use crate::grip::Adjusted;
@@ -22,19 +21,32 @@ use crate::{CutPiece, Member, World};
 /// All of a world that its scene does not say, and nothing that a clock said: two runs of a scene give the same state.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct WorldState {
-    origin: Option<f64>,
-    gravity: Option<DVec3>,
+    now: Standing,
     input: InputSourceState,
     bodies: Vec<BodyState>,
     contact: Option<DeformableState>,
-    captured: Vec<Arc<CapturedEdge>>,
-    kept: Option<Kept>,
-    control: StepControl,
-    step: f64,
-    retaken: Retaken,
-    adjusted: Adjusted,
-    alarms: Vec<String>,
-    short_since: Option<u64>,
+}
+
+/// Where a world stands, beside its bodies and inputs.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub(crate) struct Standing {
+    /// Motion time (s) at which scene time is 0; `None` while settling.
+    pub(crate) origin: Option<f64>,
+    pub(crate) gravity: Option<DVec3>,
+    /// Every captured edge; copies of a world share them.
+    pub(crate) captured: Vec<Arc<CapturedEdge>>,
+    /// Where to return to if a step fails.
+    pub(crate) kept: Option<Kept>,
+    /// Divisor of the step after steps that failed.
+    pub(crate) control: StepControl,
+    pub(crate) step: f64,
+    pub(crate) retaken: Retaken,
+    /// What users changed of what the scene says.
+    pub(crate) adjusted: Adjusted,
+    /// What was told at once, each once.
+    pub(crate) alarms: Vec<String>,
+    /// The step from which on all are below a hundredth of the first.
+    pub(crate) short_since: Option<u64>,
 }
 
 #[cfg(test)]
@@ -53,19 +65,10 @@ impl World {
     #[must_use]
     pub fn state(&self) -> WorldState {
         WorldState {
-            origin: self.origin,
-            gravity: self.gravity,
+            now: self.now.clone(),
             input: self.input.state(),
             bodies: self.members.iter().map(Member::state).collect(),
             contact: (self.deformable.as_ref()).map(|contact| contact.state().clone()),
-            kept: self.kept.clone(),
-            control: self.control,
-            step: self.step,
-            retaken: self.retaken,
-            captured: self.captured.clone(),
-            adjusted: self.adjusted,
-            alarms: self.alarms.clone(),
-            short_since: self.short_since,
         }
     }
 
@@ -82,10 +85,11 @@ impl World {
         mut grown: impl FnMut(&Self, &[CutPiece]),
     ) -> Result<(), WorldError> {
         self.check(&state)?;
-        self.adjusted = state.adjusted;
-        for (k, edge) in state.captured.iter().enumerate() {
+        let now = &state.now;
+        self.now.adjusted = now.adjusted;
+        for (k, edge) in now.captured.iter().enumerate() {
             self.capture_again(edge)?;
-            let next = state.captured.get(k + 1);
+            let next = now.captured.get(k + 1);
             if next.is_none_or(|next| next.steps != edge.steps) {
                 let pieces = self.take_new_pieces();
                 if !pieces.is_empty() {
@@ -93,23 +97,17 @@ impl World {
                 }
             }
         }
-        if let (Some(start), None) = (state.origin, self.origin) {
+        if let (Some(start), None) = (now.origin, self.now.origin) {
             self.start_scene_at(start)?;
         }
         self.check_numbers(&state)?;
-        self.set_gravity(state.gravity)?;
+        self.set_gravity(now.gravity)?;
         for (member, kept) in self.members.iter_mut().zip(state.bodies) {
             member.set_state(kept);
         }
         self.set_contact(state.contact);
-        self.kept = state.kept;
-        self.control = state.control;
-        self.retaken = state.retaken;
-        self.step = state.step;
+        self.now = state.now;
         self.input.restore(state.input);
-        self.captured = state.captured;
-        self.alarms = state.alarms;
-        self.short_since = state.short_since;
         Ok(())
     }
 
@@ -117,26 +115,27 @@ impl World {
     fn check(&self, state: &WorldState) -> Result<(), WorldError> {
         let finite = |value: Option<f64>| value.is_none_or(f64::is_finite);
         let members = self.members.len();
-        let cuts = state.captured.iter().all(|edge| {
+        let now = &state.now;
+        let cuts = now.captured.iter().all(|edge| {
             edge.member < members && edge.cut <= self.scene.cuts.len() && edge.sweep.is_finite()
         });
-        let adjusted = state.adjusted;
+        let adjusted = now.adjusted;
         let sound = [
             (state.bodies.len() == members, "its bodies"),
             (cuts, "its edges of blades"),
             (
-                finite(state.origin) && finite(adjusted.damping),
+                finite(now.origin) && finite(adjusted.damping),
                 "its times or rates",
             ),
             (
-                [state.gravity, adjusted.gravity]
+                [now.gravity, adjusted.gravity]
                     .iter()
                     .flatten()
                     .all(|g| g.is_finite()),
                 "its values of gravity",
             ),
             (
-                state.control.is_sound() && state.step > 0.0 && state.step.is_finite(),
+                now.control.is_sound() && now.step > 0.0 && now.step.is_finite(),
                 "its shortened steps",
             ),
             (
@@ -174,7 +173,7 @@ impl World {
             }
         }
         let tools = self.input.poses().len();
-        let kept = state.kept.as_ref();
+        let kept = state.now.kept.as_ref();
         let touches = |contact: Option<&DeformableState>| match (&self.deformable, contact) {
             (Some(built), Some(contact)) => built.fits(contact),
             (built, contact) => built.is_none() && contact.is_none(),
@@ -216,14 +215,7 @@ impl World {
         };
         let update = member.replay(edge, cut.and_then(|cut| cut.weld_tolerance));
         let update = update.map_err(|problem| problem.of(&member.body))?;
-        self.grow_contact(edge.member, &update.triangles)?;
-        take_note(
-            &mut self.cut_through,
-            &mut self.new_pieces,
-            (edge.cut, edge.member),
-            update,
-        );
-        Ok(())
+        self.take_note(edge.member, update)
     }
 }
 
@@ -253,7 +245,7 @@ mod tests {
             whole.step().unwrap();
         }
         // As chosen last, which need not be what the stiffness of now gives.
-        whole.step *= 0.9;
+        whole.now.step *= 0.9;
         let state = whole.state();
         let mut again = world();
         again.restore(state.clone(), |_, _| ()).unwrap();
@@ -289,9 +281,9 @@ mod tests {
             }),
             ("contacts", |s| s.bodies[0].contacts.clear()),
             ("bodies", |s| s.bodies.clear()),
-            ("steps", |s| s.control.divisor = 0.0),
-            ("steps", |s| s.step = f64::NAN),
-            ("gravity", |s| s.gravity = Some(DVec3::NAN)),
+            ("steps", |s| s.now.control.divisor = 0.0),
+            ("steps", |s| s.now.step = f64::NAN),
+            ("gravity", |s| s.now.gravity = Some(DVec3::NAN)),
         ];
         for (what, damage) in damages {
             let mut broken = state.clone();
@@ -307,12 +299,12 @@ mod tests {
                 ),
                 "{what}: {refused}"
             );
-            if let Some(kept) = state.kept.clone() {
+            if let Some(kept) = state.now.kept.clone() {
                 let mut broken = state.clone();
                 let mut body = state.clone();
                 damage(&mut body);
                 if let Some(body) = body.bodies.pop() {
-                    broken.kept = Some(kept.with_body(body));
+                    broken.now.kept = Some(kept.with_body(body));
                     let result = world().restore(broken, |_, _| ());
                     let same = ["steps", "gravity"].contains(&what);
                     assert_eq!(result.is_ok(), same, "kept: {what}");

@@ -4,7 +4,7 @@ use glam::DVec3;
 use phyxel_elastic::{Part, StiffNode};
 use phyxel_integrate::{Alarm, EigenvalueSettings, largest_eigenvalue, largest_eigenvalue_within};
 
-use crate::body::{Body, EIGENVALUE_MARGIN};
+use crate::body::{Body, first_estimate};
 use crate::error::BodyProblem;
 
 /// Nodes around which the largest eigenvalue is looked for, two rings of neighbours each, and products
@@ -28,8 +28,7 @@ impl Body {
     pub(crate) fn estimate_eigenvalue(&mut self, products: usize) -> Result<(), BodyProblem> {
         let settings = EigenvalueSettings {
             iterations: products,
-            margin: EIGENVALUE_MARGIN,
-            ..EigenvalueSettings::default()
+            ..first_estimate()
         };
         let found = match &mut self.shared {
             Some(shared) if shared.is_handed() => shared.estimate(&self.eigenvector, &settings)?,
@@ -121,8 +120,7 @@ impl Body {
     ) -> Result<PartMode, BodyProblem> {
         let settings = EigenvalueSettings {
             iterations: products,
-            margin: EIGENVALUE_MARGIN,
-            ..EigenvalueSettings::default()
+            ..first_estimate()
         };
         let elastic = &mut self.elastic;
         let found = largest_eigenvalue_within(

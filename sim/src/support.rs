@@ -9,14 +9,6 @@ fn acts_on(support: &Support, body: &Body) -> bool {
     support.body.as_ref().is_none_or(|name| *name == body.name)
 }
 
-/// Nodes of a body that a support holds or drives.
-pub(crate) fn held(support: &Support, body: &Body, rest: &[DVec3]) -> Vec<u32> {
-    match acts_on(support, body) {
-        true => support.region.nodes(rest),
-        false => Vec::new(),
-    }
-}
-
 /// Which support each node follows, counted from 1, the last of several; 0 where none does. What one support
 /// holds moves as a rigid body from beginning to end.
 pub(crate) fn holders(scene: &Scene, body: &Body, rest: &[DVec3]) -> Vec<u32> {
@@ -31,44 +23,31 @@ pub(crate) fn holders(scene: &Scene, body: &Body, rest: &[DVec3]) -> Vec<u32> {
     holders
 }
 
-/// All supported nodes at rest: what holds while the body settles.
-pub(crate) fn supports_of(scene: &Scene, body: &Body, rest: &[DVec3]) -> BoundaryConditions {
-    let mut supports = BoundaryConditions::free(rest.len());
-    for support in scene.supports.iter().filter(|s| acts_on(s, body)) {
-        for node in support.region.nodes(rest) {
-            supports.fix(node);
-        }
-    }
-    supports
+/// Whether supports of a body move once scene time runs.
+pub(crate) fn is_driven(scene: &Scene, body: &Body) -> bool {
+    let mut ours = scene.supports.iter().filter(|s| acts_on(s, body));
+    ours.any(|support| support.motion != SupportMotion::Fixed)
 }
 
-/// Supports once scene time runs, with 0 at the motion's time `start` (s); `None` if none is
-/// driven, so that those of settling stay.
-pub(crate) fn driven_supports_of(
+/// A body's supports, which all hold while it settles; once scene time runs, with 0 at the motion's time `start` (s),
+/// the driven ones move.
+pub(crate) fn supports_of(
     scene: &Scene,
     body: &Body,
     rest: &[DVec3],
-    start: f64,
-) -> Option<BoundaryConditions> {
-    let ours = || scene.supports.iter().filter(|s| acts_on(s, body));
-    if ours().all(|support| support.motion == SupportMotion::Fixed) {
-        return None;
-    }
+    start: Option<f64>,
+) -> BoundaryConditions {
     let mut supports = BoundaryConditions::free(rest.len());
-    for support in ours() {
+    for support in scene.supports.iter().filter(|s| acts_on(s, body)) {
         let nodes = support.region.nodes(rest);
-        match &support.motion {
-            SupportMotion::Fixed => {
-                for node in nodes {
-                    supports.fix(node);
-                }
-            }
-            SupportMotion::Driven { path } => {
+        match (&support.motion, start) {
+            (SupportMotion::Driven { path }, Some(start)) => {
                 supports.drive(&nodes, [true; 3], shifted(path, start), rest);
             }
+            _ => nodes.into_iter().for_each(|node| supports.fix(node)),
         }
     }
-    Some(supports)
+    supports
 }
 
 /// A scene's path in the motion's time, which is `start` (s) at its 0.

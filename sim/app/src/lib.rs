@@ -12,3 +12,4 @@ pub mod output;
 pub mod picture;
 pub mod run;
 pub mod sweep;
+mod warnings;

@@ -99,11 +99,6 @@ fn played(play: &Play, effort: Effort) -> Result<Picture, StudyError> {
             180,
         ),
     };
-    #[allow(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "a few hundred pixels"
-    )]
     let width = (f64::from(height) * play.aspect) as u32;
     let changes = changes
         .iter()
@@ -124,7 +119,7 @@ fn played(play: &Play, effort: Effort) -> Result<Picture, StudyError> {
         view,
         ..Pictures::default()
     };
-    let (settle, duration) = (scene.integration.settle, scene.integration.duration);
+    let duration = scene.integration.duration;
     let mut world = World::new(scene)?;
     let spacing = {
         let painter = Painter::new(&world, &pictures)?;
@@ -138,12 +133,8 @@ fn played(play: &Play, effort: Effort) -> Result<Picture, StudyError> {
         .map(|(_, style)| Painter::styled(&world, &pictures, style))
         .collect::<Result<Vec<_>, _>>()?;
     let mut columns = Vec::new();
-    if let Some(settle) = settle {
-        while world.time() < settle.limit
-            && !(world.gravity_is_full() && world.speed() < settle.speed)
-        {
-            step(&mut world, &mut painters)?;
-        }
+    while world.is_settling() {
+        step(&mut world, &mut painters)?;
     }
     world.start_scene()?;
     for until in [0.0, play.between, duration] {

@@ -12,6 +12,7 @@ use super::source::Source;
 use super::{CliError, Overrides, printable};
 use crate::picture::Painter;
 use crate::run::{RunError, pool};
+use crate::warnings;
 use phyxel::scene::Scene;
 use phyxel::{Member, Phase, World};
 
@@ -135,8 +136,8 @@ fn costs(scene: &Scene) -> Result<Costs, RunError> {
         .settle
         .map_or(0.0, |settle| (settle.limit / step).ceil());
     let (parts, covered) = parts(&mut world)?;
-    let mut warnings = world.warnings();
-    warnings.extend(world.misses());
+    let mut warnings = warnings::warnings(&world);
+    warnings.extend(warnings::misses(&world));
     warnings.extend_from_slice(world.alarms());
     let of_steps = parts.iter().filter(|part| part.name != "cuts");
     let a_step: f64 = 1e-3 * of_steps.filter_map(|part| part.milliseconds).sum::<f64>();

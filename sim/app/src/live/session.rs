@@ -341,7 +341,7 @@ impl Session {
         if !self.is_settling() {
             return Ok(());
         }
-        if self.world.is_at_rest() || self.world.has_settled() {
+        if !self.world.is_settling() {
             self.world.start_scene()?;
             // What users did before is not part of the start: a reset goes back to before it.
             if self.record.is_empty() {

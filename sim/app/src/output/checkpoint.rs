@@ -16,7 +16,7 @@ use phyxel_scene::{Override, SceneError, read_file};
 use super::folder::{OutputError, OutputFolder};
 
 /// First line of a checkpoint.
-const MAGIC: &[u8] = b"phyxel checkpoint 5\n";
+const MAGIC: &[u8] = b"phyxel checkpoint 6\n";
 /// How a checkpoint of any format begins.
 const FAMILY: &[u8] = b"phyxel checkpoint ";
 /// Version of the program, that of all its crates, which a checkpoint belongs to: another may compute other bits.
@@ -135,7 +135,7 @@ pub fn read_checkpoint<S: DeserializeOwned>(
         String::from_utf8_lossy(text),
         format!("scene of {}", file.display()),
     );
-    let scene = phyxel_scene::from_text(&text, &origin, Path::new(""), overrides)?;
+    let scene = phyxel_scene::from_text(&text, &origin, "", overrides)?;
     Ok((scene, state))
 }
 

@@ -148,8 +148,8 @@ fn body_summary(member: &Member, worst: &Extremes) -> BodySummary {
 
 /// What the scene asked for without effect, as the run has found.
 fn warnings(world: &World, records: &Records) -> Vec<String> {
-    let mut warnings = world.warnings();
-    warnings.extend(world.vain_cuts());
+    let mut warnings = crate::warnings::warnings(world);
+    warnings.extend(crate::warnings::vain_cuts(world));
     warnings.extend(doubts(world));
     let largest = records.forces.largest();
     let tools = world.scene().tools.iter().zip(largest);
@@ -262,17 +262,8 @@ fn tool_summaries(world: &World, records: &Records) -> Vec<ToolSummary> {
 
 fn cut_summary(world: &World) -> CutSummary {
     let mut all = CutSummary {
-        captures: 0,
-        updates: 0,
-        triangles: 0,
-        weakened_pairs: 0,
-        severed_pairs: 0,
         eigenvalue_growth: 1.0,
-        weak_nodes: 0,
-        loose_nodes: 0,
-        strokes: Vec::new(),
-        lattices: None,
-        pairs_without_lattice: None,
+        ..CutSummary::default()
     };
     for cutting in world.members().iter().filter_map(|m| m.cutting.as_ref()) {
         let (captures, updates) = cutting.counts();

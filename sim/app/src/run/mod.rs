@@ -400,30 +400,21 @@ impl Run {
 
     /// Lets the bodies come to rest.
     fn settle(&mut self) -> Result<(), RunError> {
-        let Some(settle) = self.world.scene().integration.settle else {
+        let integration = self.world.scene().integration;
+        let Some(settle) = integration.settle else {
             return Ok(());
         };
         if self.world.scene_time().is_some() {
             return Ok(());
         }
         self.progress.phase("settling");
-        if settle.rest == Rest::Equilibrium {
-            self.world.rest_in_equilibrium()?;
-            self.world.start_scene()?;
-            return Ok(());
-        }
-        let duration = self.world.scene().integration.duration;
-        self.course.rested = false;
-        while !self.world.has_settled() {
+        while self.world.is_settling() {
             self.advance()?;
             self.course.settling_steps += 1;
-            self.progress
-                .set(self.world.time() / (duration + settle.limit));
-            if self.world.is_at_rest() {
-                self.course.rested = true;
-                break;
-            }
+            let longest = integration.duration + settle.limit;
+            self.progress.set(self.world.time() / longest);
         }
+        self.course.rested = settle.rest == Rest::Equilibrium || self.world.is_at_rest();
         self.world.start_scene()?;
         Ok(())
     }

@@ -161,7 +161,7 @@ pub struct SteppingSummary {
 }
 
 /// What the blades did.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct CutSummary {
     /// Blade edges captured.
     pub captures: usize,
