@@ -60,43 +60,30 @@ impl Counted {
         }
     }
 
-    pub(crate) fn encode(self) -> [f64; Self::LENGTH] {
+    fn numbers(&mut self) -> [&mut f64; Self::LENGTH] {
         [
-            self.own,
-            self.ghosts,
-            self.heap,
-            self.exchanges,
-            self.messages,
-            self.bytes,
-            self.in_forces,
-            self.in_exchange,
-            self.in_estimates,
+            &mut self.own,
+            &mut self.ghosts,
+            &mut self.heap,
+            &mut self.exchanges,
+            &mut self.messages,
+            &mut self.bytes,
+            &mut self.in_forces,
+            &mut self.in_exchange,
+            &mut self.in_estimates,
         ]
     }
 
+    pub(crate) fn encode(mut self) -> [f64; Self::LENGTH] {
+        self.numbers().map(|number| *number)
+    }
+
     pub(crate) fn decode(numbers: [f64; Self::LENGTH]) -> Self {
-        let [
-            own,
-            ghosts,
-            heap,
-            exchanges,
-            messages,
-            bytes,
-            in_forces,
-            in_exchange,
-            in_estimates,
-        ] = numbers;
-        Self {
-            own,
-            ghosts,
-            heap,
-            exchanges,
-            messages,
-            bytes,
-            in_forces,
-            in_exchange,
-            in_estimates,
+        let mut found = Self::default();
+        for (to, from) in found.numbers().into_iter().zip(numbers) {
+            *to = from;
         }
+        found
     }
 }
 

@@ -7,10 +7,8 @@ use std::time::{Duration, Instant};
 
 use phyxel::scene::Scene;
 use phyxel_cli::output::read_checkpoint;
-use phyxel_cli::run::{RunOptions, RunState, run};
+use phyxel_cli::run::{CHECKPOINT, RunOptions, RunState, run};
 use phyxel_scene::Override;
-
-const CHECKPOINT: &str = "state.checkpoint";
 
 fn mpirun(ranks: usize) -> Command {
     let mut command = Command::new("mpirun");
@@ -166,13 +164,18 @@ fn a_driven_block() {
         "observe.checkpoint=0.05",
     ];
     let (_folder, whole) = compare("block", &changes, &[1, 2, 3]);
-    let history = text(&whole, "history.csv");
-    let last = history.lines().last().unwrap();
-    let severed = last.split(',').next_back().unwrap();
-    assert!(severed.parse::<u32>().unwrap() > 30, "the blade cuts");
-    let forces = text(&whole, "tools.csv");
-    let last = forces.lines().last().unwrap().split(',').nth(14).unwrap();
-    assert!(last.parse::<f64>().unwrap() != 0.0, "the ball does work");
+    cuts_and_works(&whole);
+}
+
+/// The blade severs and the tool does work.
+fn cuts_and_works(whole: &Path) {
+    let last = |file: &str, column: usize| -> f64 {
+        let table = text(whole, file);
+        let mut fields = table.lines().last().unwrap().split(',');
+        fields.nth(column).unwrap().parse().unwrap()
+    };
+    assert!(last("history.csv", 13) > 30.0, "the blade cuts");
+    assert!(last("tools.csv", 14) != 0.0, "the tool does work");
 }
 
 /// A cut where a tool touches: what the tool may touch changes with it.
@@ -189,13 +192,7 @@ fn a_cut_under_a_tool() {
          (time: 0.2, position: (0, -0.02, 0))])]",
     ];
     let (_folder, whole) = compare("press", &changes, &[2, 5]);
-    let history = text(&whole, "history.csv");
-    let last = history.lines().last().unwrap();
-    let severed = last.split(',').next_back().unwrap();
-    assert!(severed.parse::<u32>().unwrap() > 30, "the blade cuts");
-    let forces = text(&whole, "tools.csv");
-    let last = forces.lines().last().unwrap().split(',').nth(14).unwrap();
-    assert!(last.parse::<f64>().unwrap() != 0.0, "the probe does work");
+    cuts_and_works(&whole);
 }
 
 /// What a number of ranks or the serial program has begun, any other resumes, in mid-cut; and a rank that dies
