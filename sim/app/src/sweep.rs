@@ -134,7 +134,7 @@ fn scene(plan: &Plan, base: &str, number: usize, values: &[String]) -> Result<Sc
         changes.extend(parsed.into_iter().map(|change| (index, change)));
     }
     let all: Vec<_> = changes.iter().map(|(_, change)| change.clone()).collect();
-    phyxel_scene::from_text(base, "the scene", Path::new(""), &all).map_err(|error| {
+    phyxel_scene::from_text(base, "the scene", "", &all).map_err(|error| {
         // The key whose change is at fault, if one alone is.
         let index = changes.iter().find(|(_, change)| match &error {
             SceneError::Text(TextError::Override(OverrideError { text, .. })) => {

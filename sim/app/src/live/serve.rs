@@ -97,7 +97,7 @@ struct Owners {
 }
 
 /// Simulated and wall time.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Clock {
     /// Wall and simulated time that belong together.
     origin: Option<(Instant, f64)>,
@@ -106,17 +106,6 @@ struct Clock {
     stepping: (Duration, u32),
     /// Wall and simulated time of the last figures.
     last: Option<(Instant, f64)>,
-}
-
-impl Default for Clock {
-    fn default() -> Self {
-        Self {
-            origin: None,
-            slipped: 0.0,
-            stepping: (Duration::ZERO, 0),
-            last: None,
-        }
-    }
 }
 
 struct Show {

@@ -1,10 +1,8 @@
 //! A scene made ready for users.
 
-use std::path::Path;
-
 use glam::DVec3;
 
-use phyxel::scene::{Capture, Cut, Key, Observe, Pictures, Rest, Scene, Tool, ToolShape};
+use phyxel::scene::{Cut, Key, Observe, Pictures, Rest, Scene, Tool, ToolShape};
 use phyxel_scene::SceneError;
 
 /// Name of the blade that users drive.
@@ -24,18 +22,12 @@ pub(super) const PARKED: DVec3 = DVec3::new(0.0, 0.0, 50.0);
 /// [`SceneError`] if the scene was not valid before.
 pub fn prepare(scene: &Scene, extent: f64) -> Result<Scene, SceneError> {
     let mut scene = scene.clone();
-    let key = |time: f64| Key {
-        time,
-        position: PARKED,
-        rotation: DVec3::ZERO,
-    };
+    let key = |time: f64| Key::new(time, PARKED);
+    let edge = vec![DVec3::ZERO, DVec3::Z * 0.01];
     scene.cuts = vec![Cut {
         name: BLADE.to_owned(),
-        body: None,
-        edge: vec![DVec3::ZERO, DVec3::Z * 0.01],
-        path: vec![key(0.0), key(1.0)],
-        capture: Capture::default(),
         weld_tolerance: scene.cuts.iter().find_map(|cut| cut.weld_tolerance),
+        ..Cut::new(edge, vec![key(0.0), key(1.0)])
     }];
     if scene.tools.is_empty() {
         let radius = PROBE_SIZE * extent;
@@ -62,10 +54,5 @@ pub fn prepare(scene: &Scene, extent: f64) -> Result<Scene, SceneError> {
     };
     scene.pictures.get_or_insert_with(Pictures::default);
     // The same checks as for any other scene.
-    phyxel_scene::from_text(
-        &phyxel_scene::to_ron(&scene),
-        "live scene",
-        Path::new(""),
-        &[],
-    )
+    phyxel_scene::from_text(&phyxel_scene::to_ron(&scene), "live scene", "", &[])
 }

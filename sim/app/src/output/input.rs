@@ -37,7 +37,7 @@ pub enum InputFileError {
     },
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 struct Row {
     step: u64,
     kind: Kind,
@@ -55,9 +55,10 @@ struct Row {
     value: Option<f64>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 enum Kind {
+    #[default]
     Tool,
     Blade,
     Grip,
@@ -83,16 +84,11 @@ fn rows(scene: &Scene, Input { step, action }: &Input) -> Vec<Row> {
         step: *step,
         kind,
         name: name.to_owned(),
-        phase: None,
         point,
         x_m: place.x,
         y_m: place.y,
         z_m: place.z,
-        qx: None,
-        qy: None,
-        qz: None,
-        qw: None,
-        value: None,
+        ..Row::default()
     };
     match action {
         Action::Tool { tool, pose } => {

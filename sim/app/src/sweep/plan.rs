@@ -172,15 +172,6 @@ impl ResultColumn {
     pub fn name(&self) -> String {
         match self {
             Self::Summary {
-                path, name: None, ..
-            } => path.clone(),
-            Self::Largest {
-                column, name: None, ..
-            } => format!("largest {column}"),
-            Self::Smallest {
-                column, name: None, ..
-            } => format!("smallest {column}"),
-            Self::Summary {
                 name: Some(name), ..
             }
             | Self::Largest {
@@ -189,6 +180,9 @@ impl ResultColumn {
             | Self::Smallest {
                 name: Some(name), ..
             } => name.clone(),
+            Self::Summary { path, .. } => path.clone(),
+            Self::Largest { column, .. } => format!("largest {column}"),
+            Self::Smallest { column, .. } => format!("smallest {column}"),
         }
     }
 
@@ -334,25 +328,22 @@ impl Plan {
             "name a key of the scene that changes from case to case",
         )?;
         let mut names: BTreeSet<String> = RESERVED.map(str::to_owned).into();
-        for (index, key) in self.keys.iter().enumerate() {
-            let path = format!("keys[{index}]");
-            self.key(&path, key)?;
+        let mut column = |path: &str, name: &str| {
             source.require(
-                names.insert(key.name().to_owned()),
-                &format!("{path}.name"),
-                &format!("'{}'", key.name()),
-                "another column is called so; give each a name of its own",
-            )?;
-        }
-        for (index, result) in self.results.iter().enumerate() {
-            let path = format!("results[{index}]");
-            let name = result.name();
-            source.require(
-                names.insert(name.clone()),
+                names.insert(name.to_owned()),
                 &format!("{path}.name"),
                 &format!("'{name}'"),
                 "another column is called so; give each a name of its own",
-            )?;
+            )
+        };
+        for (index, key) in self.keys.iter().enumerate() {
+            let path = format!("keys[{index}]");
+            self.key(&path, key)?;
+            column(&path, key.name())?;
+        }
+        for (index, result) in self.results.iter().enumerate() {
+            let path = format!("results[{index}]");
+            column(&path, &result.name())?;
             if let ResultColumn::Summary { path: place, .. } = result {
                 source.require(
                     KeyPath::parse(place).is_some(),

@@ -30,25 +30,7 @@ pub fn schema() -> Value {
     schemars::schema_for!(Scene).to_value()
 }
 
-const INTRODUCTION: &str = "\
-# Scene files
-
-A scene is a RON file (or, named `.json`, a JSON file with the same keys, whose schema
-`phyxel scenes --schema` prints for editors): `(key: value, ..)` for a group, `[a, b]` for a list, `Name(..)` for a choice,
-`//` for a comment. Units are SI: metres, seconds, kilograms, pascals; angles are degrees; points and
-directions are `(x, y, z)` with z up. Unknown keys are refused. A key with a default may be left out; a
-key that may be `None` is switched off by it. Relative paths start at the scene file's folder. Any value
-can be set on the command line, such as `--set 'bodies[0].material.density=1000'`.
-
-The embedded scenes are written to be started from: `phyxel scenes minimal > my.ron`.
-This page is what `phyxel scenes --keys` prints, in three parts: the keys of every day; all keys, group by
-group, for those who know why; and keys whose other choices are there to compare with.
-
-## Keys of every day
-
-| key | value | default | meaning |
-|---|---|---|---|
-";
+const INTRODUCTION: &str = include_str!("keys/introduction.md");
 
 const ALL: &str = "
 ## All keys
@@ -63,29 +45,7 @@ Their defaults are what is tested; the other choices are the dissertation's, or 
 |---|---|---|---|
 ";
 
-const LIMITS: &str = "
-## Limits
-
-What goes beyond them is refused with the key and a remedy, before memory is taken.
-
-| what | limit |
-|---|---|
-| numbers | up to 1e100 in size |
-| bodies | 32,767 |
-| nodes of a body | 4 to `sampling.limit`; about 6 kB of memory each |
-| `sampling.coarsest`, `.refine[].factor` | 1 to 32, 1/32 to 1 |
-| surfels of a body, and by `cut_density` on the area of its surface | 4,000,000; 1 kB each |
-| `surfels.nodes`, `.spacing` range | 1 to 64, 1 to 100 |
-| captures of a cut | 100,000 |
-| rows of `history.csv`, of `tools.csv` and `contacts.csv` for a tool or two bodies | 10,000,000 each |
-| frames, states | 100,000 each |
-| a frame | 16 pixels a side to 67,108,864 in all; 32 bytes for each of its samples |
-| name of a scene | 100 bytes, as a folder may have it |
-| a tool's path | half a spacing between contacts, for up to 1,000 of them a step |
-| steps | a run ends at a millionth of the first, or after 10,000 in a row below a hundredth |
-| cases of a sweep | 100,000 |
-| `live` | 8 clients, messages of 1 MiB, meshes of 64 MiB, 64 points of a blade |
-";
+const LIMITS: &str = include_str!("keys/limits.md");
 
 /// What most scenes are made of: where a key stands, and the type that has it.
 const EVERYDAY: [KeyRow; 25] = [

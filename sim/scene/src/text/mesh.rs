@@ -8,9 +8,7 @@ use phyxel_discretize::{Bounds, RepairSettings, Solid, UnitGuess, guess_unit};
 use super::error::SceneError;
 use super::overrides::Override;
 use super::read::{from_text, to_ron};
-use crate::{
-    Axis, Body, Capture, Cut, Gravity, Key, Pictures, Region, Scene, Shape, Support, SupportMotion,
-};
+use crate::{Axis, Body, Cut, Gravity, Key, Pictures, Region, Scene, Shape, Support};
 
 /// The default scene of a mesh: resting on what lies below and behind it, under gravity, cut from
 /// the front down into its upper side where there is tissue, and drawn.
@@ -66,7 +64,7 @@ pub fn for_mesh(
         }
     }
     let origin = format!("default scene of {}", file.display());
-    let scene = from_text(&to_ron(&scene), &origin, Path::new(""), overrides);
+    let scene = from_text(&to_ron(&scene), &origin, "", overrides);
     // Nobody has seen the text that its positions count in.
     let scene = scene.map_err(SceneError::without_position)?;
     Ok((scene, unit))
@@ -146,30 +144,12 @@ fn standing(
     };
     let is_free = |place: DVec3| !held.contains(place) && is_tissue(place);
     let [x, foot, back] = place_of_blade(&at, &is_free);
-    scene.supports.push(Support {
-        body: None,
-        region: held,
-        motion: SupportMotion::Fixed,
-    });
+    scene.supports.push(Support::fixed(held));
     // An upright edge, usually from the middle of the height to above the top, drawn towards the back.
+    let path = [(0.1, FRONT), (1.6, back)].map(|(time, y)| Key::new(time, at(x, y, foot)));
     scene.cuts.push(Cut {
         name: "incision".to_owned(),
-        body: None,
-        edge: vec![DVec3::ZERO, DVec3::new(0.0, 0.0, size.z)],
-        path: vec![
-            Key {
-                time: 0.1,
-                position: at(x, FRONT, foot),
-                rotation: DVec3::ZERO,
-            },
-            Key {
-                time: 1.6,
-                position: at(x, back, foot),
-                rotation: DVec3::ZERO,
-            },
-        ],
-        capture: Capture::default(),
-        weld_tolerance: None,
+        ..Cut::new(vec![DVec3::ZERO, DVec3::Z * size.z], path.to_vec())
     });
     scene.integration.duration = 2.5;
     scene.integration.step_factor = 0.5;

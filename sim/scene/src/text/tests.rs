@@ -1,7 +1,5 @@
 //! Scenes as a whole: reading, writing, overriding, sampling of paths.
 
-use std::path::Path;
-
 use glam::DVec3;
 use phyxel_discretize::{Bounds, Solid};
 
@@ -14,7 +12,7 @@ mod properties;
 const LIVER: &str = EMBEDDED[0].text;
 
 fn read(text: &str) -> Result<Scene, SceneError> {
-    from_text(text, "test.ron", Path::new(""), &[])
+    from_text(text, "test.ron", "", &[])
 }
 
 fn with(text: &str, overrides: &[&str]) -> Result<Scene, SceneError> {
@@ -22,7 +20,7 @@ fn with(text: &str, overrides: &[&str]) -> Result<Scene, SceneError> {
         .iter()
         .map(|text| Override::parse(text).expect("a well-formed override"))
         .collect();
-    from_text(text, "test.ron", Path::new(""), &overrides)
+    from_text(text, "test.ron", "", &overrides)
 }
 
 /// Every key path that ends at a leaf, with the leaf's text.
@@ -186,12 +184,8 @@ fn a_path_rests_before_and_after_its_keys_and_is_even_between() {
 
 fn stroke(capture: Capture, path: Vec<Key>) -> Cut {
     Cut {
-        name: "stroke".to_owned(),
-        body: None,
-        edge: vec![DVec3::ZERO, DVec3::new(0.0, 0.1, 0.0)],
-        path,
         capture,
-        weld_tolerance: None,
+        ..Cut::new(vec![DVec3::ZERO, DVec3::Y * 0.1], path)
     }
 }
 

@@ -134,7 +134,7 @@ fn damaged_json_gives_lines_with_places() {
     let text = serde_json::to_string_pretty(&scene).expect("JSON says it");
     let read = |text: &str| {
         let json = Syntax::Json;
-        finished(text, json, "test.json", Path::new(""), &[])
+        finished(text, json, "test.json", "".as_ref(), &[])
     };
     assert!(failures(&text, &['{', '"', '\u{e9}'], read) > text.len());
 }
