@@ -8,41 +8,10 @@ use phyxel_cli::output::{Interrupt, read_checkpoint, read_input};
 use phyxel_cli::run::{CHECKPOINT, RunError, RunOptions, RunState, Summary, replay, resume, run};
 
 /// A block that hangs, is cut through and pushed while it settles into motion, touches itself, and is drawn.
-const SCENE: &str = r#"(
-    version: 1,
-    name: "bits",
-    bodies: [(
-        name: "block",
-        shape: Box(size: (0.06, 0.03, 0.04)),
-        sampling: (target: Nodes(1200)),
-        material: (youngs_modulus: 2e4, poissons_ratio: 0.4, density: 1000),
-        surfels: (target: Count(2000)),
-    )],
-    supports: [(region: HalfSpace(point: (0, 0, 0.019), normal: (0, 0, 1)))],
-    cuts: [(
-        edge: [(0, 0, -0.03), (0, 0, 0.005)],
-        path: [
-            (time: 0.02, position: (0.003, -0.03, 0)),
-            (time: 0.12, position: (0.003, 0.03, 0)),
-        ],
-        capture: Distance(0.005),
-    )],
-    tools: [(
-        shape: Capsule(from: (0, 0, 0), to: (0, -0.05, 0), radius: 0.006),
-        path: [
-            (time: 0, position: (-0.018, -0.023, 0)),
-            (time: 0.1, position: (-0.015, -0.016, 0), rotation: (15, 0, 0)),
-        ],
-        friction: 0.5,
-    )],
-    contact: (friction: 0.3),
-    integration: (duration: 0.16, settle: Some((limit: 0.1))),
-    observe: (input: true, state_rate: Some(50)),
-    pictures: Some((width: 160, height: 90, rate: 20, animation: true)),
-)"#;
+const SCENE: &str = include_str!("determinism.ron");
 
 fn scene() -> Scene {
-    phyxel_scene::from_text(SCENE, "test", Path::new(""), &[]).expect("the scene is valid")
+    phyxel_scene::from_text(SCENE, "test", "", &[]).expect("the scene is valid")
 }
 
 /// Everything of a run that must not depend on the machine's load: files by name, the summary

@@ -16,36 +16,7 @@ use phyxel_scene::{Override, key_reference};
 use testkit::cloud::BOX_FACES;
 
 /// A fixed block that is pressed and cut, with pictures.
-const SCENE: &str = r#"(
-    version: 1,
-    name: "keys",
-    bodies: [(
-        name: "block",
-        shape: Box(size: (0.05, 0.04, 0.04)),
-        sampling: (target: Nodes(100)),
-        material: (youngs_modulus: 2e4, poissons_ratio: 0.4, density: 1000),
-        surfels: (target: Count(200)),
-    )],
-    supports: [(region: HalfSpace(point: (0, 0, 0.0199), normal: (0, 0, 1)))],
-    gravity: (acceleration: (0, 0, -9.81), ramp: 0.01),
-    tools: [(
-        shape: Sphere(radius: 0.01),
-        path: [
-            (time: 0, position: (0.012, 0, -0.0293)),
-            (time: 0.02, position: (0.012, 0.004, -0.028)),
-        ],
-    )],
-    cuts: [(
-        capture: Distance(0.005),
-        edge: [(0, 0, -0.03), (0, 0, 0.005)],
-        path: [
-            (time: 0.002, position: (0.003, -0.03, 0)),
-            (time: 0.015, position: (0.003, 0.005, 0)),
-        ],
-    )],
-    integration: (duration: 0.02, settle: (limit: 0.02)),
-    pictures: (width: 64, height: 48, rate: 100, animation: false),
-)"#;
+const SCENE: &str = include_str!("scene_keys/scene.ron");
 
 /// Rows `keys | what both scenes have | what only the second has`; a line that begins with `=` is of a
 /// change to what is the default, which must change nothing. `SHELF` stands for a folder of files.

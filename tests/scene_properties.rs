@@ -1,7 +1,5 @@
 //! What holds for any scene: random bodies, materials, schemes and strokes.
 
-use std::path::Path;
-
 use glam::{DQuat, DVec3};
 use phyxel::World;
 use proptest::prelude::*;
@@ -117,7 +115,7 @@ impl Drawn {
             to = at(self.to),
             scheme = self.scheme,
         );
-        let scene = phyxel_scene::from_text(&text, "test", Path::new(""), &[]);
+        let scene = phyxel_scene::from_text(&text, "test", "", &[]);
         let scene = scene.unwrap_or_else(|error| panic!("{error}\n{text}"));
         World::new(scene).expect("it can be built")
     }

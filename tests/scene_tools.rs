@@ -1,8 +1,6 @@
 //! Tools in scenes: forces against weights, momentum and torn surfaces, with nothing but a scene and
 //! [`World`].
 
-use std::path::Path;
-
 use glam::{DQuat, DVec3};
 use phyxel::scene::{Pose, Scene};
 use phyxel::{Action, Input, InputError, World};
@@ -20,7 +18,7 @@ const BLOCK: &str = r#"
 
 fn scene(rest: &str) -> Scene {
     let text = format!("({BLOCK}{rest})");
-    phyxel_scene::from_text(&text, "test", Path::new(""), &[]).expect("the scene is valid")
+    phyxel_scene::from_text(&text, "test", "", &[]).expect("the scene is valid")
 }
 
 fn world(rest: &str) -> World {
@@ -103,8 +101,7 @@ fn a_pushed_ball_and_its_block_keep_their_momentum() {
          tools: [(shape: Sphere(radius: 0.01), path: [(time: 0, position: (0, 0, 0.0262))],
              release: Some((mass: {mass}, force: (0, 0, -{push}))))],)"
     );
-    let scene =
-        phyxel_scene::from_text(&text, "test", Path::new(""), &[]).expect("the scene is valid");
+    let scene = phyxel_scene::from_text(&text, "test", "", &[]).expect("the scene is valid");
     let mut world = World::new(scene).expect("the world can be built");
     play(&mut world, 0.06);
     let (before, start) = (world.tool_forces()[0].pose.position.z, world.time());

@@ -1,7 +1,5 @@
 //! Scenes of the hard cases, and what is checked in each of them.
 
-use std::path::Path;
-
 use glam::DVec3;
 use phyxel::scene::Scene;
 use phyxel::{Body, World, WorldError};
@@ -17,7 +15,7 @@ pub(super) const AT_ONCE: &str =
     "integration: (settle: None), gravity: (acceleration: (0, 0, -9.81), ramp: 0),";
 
 pub(super) fn scene(text: &str) -> Scene {
-    phyxel_scene::from_text(text, "test", Path::new(""), &[]).expect("the scene is valid")
+    phyxel_scene::from_text(text, "test", "", &[]).expect("the scene is valid")
 }
 
 /// A world of `bodies` and what else a scene says.

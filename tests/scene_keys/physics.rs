@@ -1,7 +1,5 @@
 //! What the keys that choose a model do to the motion, against each other and closed forms.
 
-use std::path::Path;
-
 use glam::DVec3;
 use phyxel::World;
 use phyxel_elastic::Material;
@@ -19,7 +17,7 @@ fn column(ratio: f64, material: &str, body: &str, rest: &str) -> World {
             material: (youngs_modulus: 1e4, poissons_ratio: {ratio}, density: 1000, {material}), {body})],
           supports: [(region: HalfSpace(point: (0, 0, 0.0399), normal: (0, 0, 1)))], {rest})"
     );
-    let scene = phyxel_scene::from_text(&text, "test", Path::new(""), &[]);
+    let scene = phyxel_scene::from_text(&text, "test", "", &[]);
     World::new(scene.unwrap_or_else(|error| panic!("{error}"))).expect("it can be built")
 }
 
@@ -212,7 +210,7 @@ fn mean_dilatation_agrees_where_nothing_locks() {
                 material: (youngs_modulus: 1e4, poissons_ratio: {ratio}, dilatation: {dilatation}))],
               supports: [(region: HalfSpace(point: (0, 0, 0.0149), normal: (0, 0, 1)))], {AT_ONCE})"
         );
-        let scene = phyxel_scene::from_text(&text, "test", Path::new(""), &[]).expect("a scene");
+        let scene = phyxel_scene::from_text(&text, "test", "", &[]).expect("a scene");
         let mut world = World::new(scene).expect("it can be built");
         world.rest_in_equilibrium().expect("it has an equilibrium");
         let body = &world.members()[0].body;

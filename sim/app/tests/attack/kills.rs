@@ -7,28 +7,7 @@ use crate::random::Random;
 use crate::scenes::leftovers;
 use crate::watch;
 
-pub(crate) const SCENE: &str = r#"(
-    version: 1,
-    name: "killed",
-    bodies: [(
-        shape: Box(size: (0.06, 0.03, 0.04)),
-        sampling: (target: Nodes(600)),
-        material: (youngs_modulus: 2e4, poissons_ratio: 0.4, density: 1000),
-        damping_ratio: 0.1,
-        surfels: (target: Count(3000)),
-    )],
-    supports: [(region: HalfSpace(point: (0, 0, 0.019), normal: (0, 0, 1)))],
-    tools: [(shape: Sphere(radius: 0.01), path: [
-        (time: 0, position: (0.02, 0, -0.032)), (time: 0.2, position: (0.02, 0, -0.02)),
-    ])],
-    cuts: [(
-        edge: [(0, 0, -0.03), (0, 0, 0.005)],
-        path: [(time: 0.01, position: (-0.01, -0.02, 0)), (time: 0.15, position: (-0.008, 0.02, 0))],
-    )],
-    integration: (duration: 0.2, step_factor: 0.5, settle: (speed: 2e-3, limit: 0.05, damping: 15)),
-    observe: (history_rate: 200, checkpoint: 0.02, state_rate: 20, input: true),
-    pictures: (width: 64, height: 48, rate: 50),
-)"#;
+pub(crate) const SCENE: &str = include_str!("killed.ron");
 
 pub(crate) const START: [&str; 7] = [
     "run",

@@ -8,35 +8,8 @@ use crate::scenes::{BLOCK, changed, leftovers};
 use crate::watch;
 
 const PLANS: [&str; 2] = [
-    r#"(
-    version: 1,
-    scene: "block.ron",
-    set: ["observe.history_rate=500", "pictures=None"],
-    design: LatinHypercube(cases: 9, seed: 4),
-    keys: [
-        (key: "bodies[0].material.youngs_modulus", name: "stiffness", values: LogUniform(5e3, 5e4)),
-        (key: "bodies[0].sampling.target", name: "nodes", write: "Nodes({})", whole: true, values: Uniform(60, 200)),
-        (key: "cuts[0].path[1].time", name: "stroke", values: Of([0.004, 0.003])),
-    ],
-    results: [
-        Summary(path: "bodies[0].energy.elastic", name: "elastic_J"),
-        Largest(column: "kinetic_J"),
-        Smallest(column: "smallest_determinant", of: "body", name: "det F"),
-    ],
-)"#,
-    r#"(
-    version: 1,
-    scene: "block.ron",
-    design: List,
-    keys: [
-        (key: "bodies[0].material.youngs_modulus", values: Of([1e4, 2e4, 3e4])),
-        (key: "supports[0].region", values: Of([
-            HalfSpace(point: (0, 0, 0.01), normal: (0, 0, 1)),
-            HalfSpace(point: (0, 0, 0.015), normal: (0, 0, 1)),
-            HalfSpace(point: (0, 0, -1), normal: (0, 0, 1)),
-        ])),
-    ],
-)"#,
+    include_str!("ranges.plan.ron"),
+    include_str!("lists.plan.ron"),
 ];
 
 pub(crate) fn case(folder: &Path, random: &mut Random) -> Option<String> {

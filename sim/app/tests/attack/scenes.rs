@@ -6,90 +6,9 @@ use crate::broken::broken;
 use crate::random::Random;
 use crate::watch;
 
-pub(crate) const BLOCK: &str = r#"(
-    version: 1,
-    name: "block",
-    bodies: [(
-        shape: Box(size: (0.06, 0.03, 0.04)),
-        sampling: (target: Nodes(300), limit: 20000, coarsest: 1, refine: [
-            (from: (0, 0, 0), to: (0.01, 0, 0), radius: 0.004, factor: 0.5),
-        ]),
-        material: (youngs_modulus: 2e4, poissons_ratio: 0.4, density: 1000, stabilization: 0.1),
-        damping_ratio: 0.1,
-        cut_rule: Diffraction(influence_radius: 2.0),
-        surfels: (target: Count(2000), cut_density: 1e6, opening: 1e-5),
-    )],
-    supports: [
-        (region: HalfSpace(point: (0, 0, 0.019), normal: (0, 0, 1))),
-        (region: Box(min: (-1, -1, -1), max: (1, 1, -0.018)), motion: Driven(path: [
-            (time: 0), (time: 0.01, position: (0.001, 0, 0), rotation: (0, 0, 90)),
-        ])),
-    ],
-    cuts: [(
-        edge: [(0, 0, -0.03), (0, 0, 0)],
-        path: [(time: 0.0, position: (0, -0.02, 0)), (time: 0.004, position: (0.002, 0.01, 0.0))],
-        capture: Distance(0.004),
-    )],
-    integration: (duration: 0.005, step_factor: 0.5, settle: (speed: 2e-3, limit: 0.002, damping: 15)),
-    observe: (history_rate: 1000, force_rate: 1000, checkpoint: 0.002, state_rate: 300, input: true),
-    pictures: (width: 64, height: 48, rate: 400, samples: 2,
-        view: Around(azimuth: -20, elevation: 35, zoom: 1.1)),
-)"#;
+pub(crate) const BLOCK: &str = include_str!("block.ron");
 
-const PAIR: &str = r#"(
-    version: 1,
-    bodies: [
-        (
-            name: "rod",
-            shape: Capsule(from: (0, 0, 0), to: (0.05, 0.01, 0), radius: 0.01),
-            sampling: (target: Spacing(0.008)),
-            inclusions: [(region: Sphere(center: (0.02, 0, 0), radius: 0.008), youngs_modulus: 5e4)],
-            material: (model: MooneyRivlin(share: 0.3), viscosity: [(ratio: 0.5, time: 0.01)],
-                fiber: (direction: (1, 0, 0), stiffness: 1e3, exponent: 1.0)),
-        ),
-        (
-            name: "pipe",
-            shape: Tube(from: (0, 0, 0), to: (0, 0, 0.06), inner_radius: 0.01, outer_radius: 0.02),
-            position: (0.1, 0, 0),
-            sampling: (target: Nodes(400), form: Points),
-            method: Dissertation(nearest: 12, support_scale: 1.5),
-        ),
-        (
-            name: "egg",
-            shape: Ellipsoid(radii: (0.02, 0.03, 0.02)),
-            position: (0, 0.1, 0),
-            sampling: (target: Nodes(200)),
-            surfels: (spacing: Curvature(range: 3), radius: Constant(0.001)),
-        ),
-    ],
-    supports: [(body: "pipe", region: Box(min: (-1, -1, -1), max: (1, 1, 0.01)))],
-    gravity: (acceleration: (0, 0, -9.81), ramp: 0.001),
-    tools: [
-        (
-            name: "probe",
-            shape: Capsule(from: (0, 0, 0), to: (0, 0, 0.1), radius: 0.005),
-            path: [(time: 0, position: (0.02, 0, 0.02)), (time: 0.004, position: (0.02, 0, 0.01))],
-            friction: 0.2,
-        ),
-        (
-            name: "ball",
-            body: "egg",
-            shape: Sphere(radius: 0.01),
-            path: [(time: 0, position: (0, 0.1, 0.035))],
-            release: (mass: 0.01, force: (0, 0, -0.1), damping: 1),
-        ),
-    ],
-    cuts: [(
-        name: "slit",
-        body: "rod",
-        edge: [(0, -0.02, 0), (0, 0.03, 0)],
-        path: [(time: 0, position: (0.03, 0, 0.02)), (time: 0.003, position: (0.03, 0, -0.002))],
-        capture: Rate(1000),
-        weld_tolerance: 1e-4,
-    )],
-    integration: (duration: 0.004, settle: None),
-    pictures: (width: 48, height: 48, rate: 300, color: Stress(most: 1e3)),
-)"#;
+const PAIR: &str = include_str!("pair.ron");
 
 /// Values that something may not expect.
 const VALUES: [&str; 30] = [

@@ -3,28 +3,7 @@
 use crate::program::Sandbox;
 
 /// A block that is cut in two above a tool on which the lower half falls, drawn twice.
-const SCENE: &str = r#"(
-    version: 1,
-    bodies: [(
-        name: "block",
-        shape: Box(size: (0.03, 0.03, 0.06)),
-        sampling: (target: Spacing(0.008)),
-        material: (youngs_modulus: 2e4, viscosity: [(ratio: 0.1, time: 0.1)]),
-        surfels: (target: Count(400)),
-    )],
-    supports: [(region: HalfSpace(point: (0, 0, 0.029), normal: (0, 0, 1)))],
-    cuts: [(
-        edge: [(-0.1, 0, 0), (0.1, 0, 0)],
-        path: [(time: 0, position: (0, -0.03, 0.001)), (time: 0.05, position: (0, 0.03, 0.001))],
-    )],
-    tools: [(
-        name: "table",
-        shape: Plane(normal: (0, 0, 1)),
-        path: [(time: 0, position: (0, 0, -0.033))],
-    )],
-    integration: (duration: 0.15, settle: None),
-    pictures: (width: 64, height: 48, rate: 10),
-)"#;
+const SCENE: &str = include_str!("reports.ron");
 
 #[test]
 fn a_run_reports_what_its_summary_holds() {

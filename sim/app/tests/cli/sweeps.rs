@@ -6,41 +6,9 @@ use std::time::Duration;
 
 use crate::program::Sandbox;
 
-const SCENE: &str = r#"(
-    version: 1,
-    name: "little block",
-    bodies: [(
-        shape: Box(size: (0.04, 0.02, 0.03)),
-        sampling: (target: Nodes(80)),
-        material: (youngs_modulus: 2e4, poissons_ratio: 0.4, density: 1000),
-    )],
-    supports: [(region: HalfSpace(point: (0, 0, 0.014), normal: (0, 0, 1)))],
-    cuts: [(
-        edge: [(0, 0, -0.02), (0, 0, 0.005)],
-        path: [(time: 0, position: (-0.005, -0.015, 0)), (time: 0.03, position: (-0.005, 0.015, 0))],
-    )],
-    integration: (duration: 0.04, settle: None),
-    observe: (checkpoint: None),
-)"#;
+const SCENE: &str = include_str!("sweeps/block.ron");
 
-const PLAN: &str = r#"(
-    version: 1,
-    scene: "block.ron",
-    set: ["observe.history_rate=500"],
-    design: LatinHypercube(cases: 9, seed: 4),
-    keys: [
-        (key: "bodies[0].material.youngs_modulus", name: "stiffness", values: LogUniform(5e3, 5e4)),
-        (key: "bodies[0].sampling.target", name: "nodes", write: "Nodes({})", whole: true,
-            values: Uniform(60, 200)),
-        (key: "cuts[0].path[1].time", name: "stroke", values: Of([0.02, 0.03])),
-    ],
-    results: [
-        Summary(path: "bodies[0].energy.elastic", name: "elastic_J"),
-        Summary(path: "cuts.captures", name: "captures"),
-        Largest(column: "kinetic_J"),
-        Smallest(column: "smallest_determinant", of: "body", name: "det F"),
-    ],
-)"#;
+const PLAN: &str = include_str!("sweeps/plan.ron");
 
 fn sandbox() -> Sandbox {
     Sandbox::new(&[("block.ron", SCENE), ("plan.ron", PLAN)])

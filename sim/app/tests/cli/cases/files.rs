@@ -1,6 +1,6 @@
 //! Files and meshes that cannot be used.
 
-use super::{Case, given, set, strings};
+use super::{Case, given, strings};
 
 /// A body with skin from a file of points.
 const SCANNED: &str = "(version: 1, bodies: [(shape: Box(size: (1, 1, 1)), sampling: (target: Nodes(100)), \
@@ -104,12 +104,6 @@ pub(super) fn file_cases() -> Vec<Case> {
             ],
             &["run", "scene.ron", "--out", "results/here"],
         ),
-        set("samples between", "pictures.samples=3"),
-        set(
-            "background brighter than white",
-            "pictures.background=(top: (1, 1.5, 1), bottom: (1, 1, 1))",
-        ),
-        set("unknown form of nodes", "bodies[0].sampling.form=Point"),
         given(
             "image of another kind",
             &[
