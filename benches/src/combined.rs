@@ -240,14 +240,7 @@ fn tool(random: &mut Random, half: DVec3, end: f64, released: bool) -> Tool {
     let side = -direction(random).abs();
     let outside = side * (half.length() + radius);
     if released && has(random, 0.3) {
-        let mut tool = Tool::new(
-            shape,
-            vec![Key {
-                time: 0.0,
-                position: outside,
-                rotation: DVec3::ZERO,
-            }],
-        );
+        let mut tool = Tool::new(shape, vec![Key::new(0.0, outside)]);
         tool.friction = random.range(0.0, 0.8);
         tool.release = Some(Release {
             mass: between_log(random, [0.01, 0.2]),

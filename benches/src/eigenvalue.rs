@@ -96,11 +96,6 @@ fn largest_of_tridiagonal(diagonal: &[f64], beside: &[f64]) -> f64 {
     high
 }
 
-#[allow(
-    clippy::unwrap_used,
-    clippy::missing_assert_message,
-    reason = "a claim that panics fails"
-)]
 pub(crate) mod checks {
     use super::*;
 

@@ -88,55 +88,40 @@ pub enum StudyError {
         /// Relative residual that was reached.
         residual: f64,
     },
-    /// A cloud was not made as the stencils need it.
+    /// A body, surface or picture of a study is not as its crate needs it.
     #[error("a study's body: {0}")]
-    Stencil(#[from] phyxel_mls::StencilError),
-    /// Neighbours could not be searched.
-    #[error("a study's body: {0}")]
-    Cloud(#[from] phyxel_mls::CloudError),
-    /// Neighbourhoods could not be made symmetric.
-    #[error("a study's body: {0}")]
-    Graph(#[from] phyxel_mls::GraphError),
-    /// Shape functions do not exist at a node.
-    #[error("a study's body: {0}")]
-    Shape(#[from] phyxel_mls::ShapeError),
-    /// The elastic model does not take a body.
-    #[error("a study's body: {0}")]
-    Elastic(#[from] phyxel_elastic::ElasticError),
-    /// A body has no surface to press.
-    #[error("a study's body: {0}")]
-    Surface(#[from] phyxel_integrate::SurfaceError),
-    /// A support of a study does not move as asked.
-    #[error("a study's body: {0}")]
-    Path(#[from] phyxel_integrate::TrajectoryError),
-    /// A body of a study has no largest eigenvalue.
-    #[error("a study's body: {0}")]
-    Eigenvalue(#[from] phyxel_integrate::EigenvalueError),
-    /// A body of a study does not move.
-    #[error("a study's body: {0}")]
-    Motion(#[from] phyxel_integrate::MotionError),
-    /// A body of a study went astray.
-    #[error("a study's body: {0}")]
-    Step(#[from] phyxel_integrate::StepError),
-    /// A mesh of a study cannot be read.
-    #[error(transparent)]
-    Read(#[from] phyxel_discretize::ReadError),
-    /// A surface of a study cannot be sampled.
-    #[error("a study's surface: {0}")]
-    Sample(#[from] phyxel_discretize::SampleError),
-    /// A picture of a study cannot be encoded or read.
-    #[error("a study's picture: {0}")]
-    Image(#[from] phyxel_splat::ImageError),
-    /// Surfels of a study are not usable.
-    #[error("a study's surface: {0}")]
-    Surfel(#[from] phyxel_splat::SurfelError),
-    /// A cut of a study is none.
-    #[error("a study's cut: {0}")]
-    Cut(#[from] phyxel_enrich::CutError),
-    /// A cut of a study has no grid.
-    #[error("a study's cut: {0}")]
-    Grid(#[from] phyxel_enrich::GridError),
+    Body(Box<dyn std::error::Error + Send + Sync>),
 }
+
+/// What crates say of studies' bodies.
+macro_rules! of_bodies {
+    ($($error:ty),* $(,)?) => {
+        $(impl From<$error> for StudyError {
+            fn from(error: $error) -> Self {
+                Self::Body(Box::new(error))
+            }
+        })*
+    };
+}
+
+of_bodies![
+    phyxel_discretize::ReadError,
+    phyxel_discretize::SampleError,
+    phyxel_elastic::ElasticError,
+    phyxel_enrich::CutError,
+    phyxel_enrich::GridError,
+    phyxel_integrate::EigenvalueError,
+    phyxel_integrate::MotionError,
+    phyxel_integrate::StepError,
+    phyxel_integrate::SurfaceError,
+    phyxel_integrate::TrajectoryError,
+    phyxel_mls::CloudError,
+    phyxel_mls::GraphError,
+    phyxel_mls::ShapeError,
+    phyxel_mls::StencilError,
+    phyxel_splat::ImageError,
+    phyxel_splat::SurfelError,
+];
 
 impl From<phyxel::WorldError> for StudyError {
     fn from(error: phyxel::WorldError) -> Self {

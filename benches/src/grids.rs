@@ -80,11 +80,6 @@ pub fn breaches(rows: &[Row]) -> Vec<String> {
     rows.iter().flat_map(of_row).collect()
 }
 
-#[allow(
-    clippy::unwrap_used,
-    clippy::missing_assert_message,
-    reason = "a claim that panics fails"
-)]
 pub(crate) mod checks {
     use super::*;
 

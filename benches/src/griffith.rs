@@ -2,12 +2,9 @@
 //! the energy release rate.
 
 use glam::DVec3;
-use phyxel::scene::{
-    Body, Capture, Cut, Key, Region, Sampling, Scene, Shape, Support, SupportMotion, Target,
-};
+use phyxel::scene::{Body, Cut, Key, Region, Scene, Shape, Support, Target};
 use serde::Serialize;
 
-use crate::error::StudyError;
 use crate::row::Row;
 use crate::watch::{Options, run_with};
 
@@ -66,16 +63,11 @@ fn energy(crack: f64) -> f64 {
 }
 
 /// The double cantilever with `spacings` across an arm.
-///
-/// # Errors
-/// [`StudyError::Scene`] if the scene is not valid.
-pub fn scene(spacings: f64) -> Result<Scene, StudyError> {
+#[must_use]
+pub fn scene(spacings: f64) -> Scene {
     let size = DVec3::new(LENGTH, WIDTH, 2.0 * ARM);
     let mut body = Body::new(Shape::Box { size });
-    body.sampling = Sampling {
-        target: Target::Spacing(ARM / spacings),
-        ..Sampling::default()
-    };
+    body.sampling.target = Target::Spacing(ARM / spacings);
     body.material.youngs_modulus = MODULUS;
     body.material.poissons_ratio = 0.0;
     body.material.density = 1000.0;
@@ -85,61 +77,38 @@ pub fn scene(spacings: f64) -> Result<Scene, StudyError> {
     scene.integration.settle = None;
     scene.integration.duration = REST;
     let left = -0.5 * LENGTH;
-    let key = |time: f64, position: DVec3| Key {
-        time,
-        position,
-        rotation: DVec3::ZERO,
-    };
     for side in [1.0, -1.0] {
         let corner = DVec3::new(left, side * WIDTH, side * 0.25 * ARM / spacings);
         let other = DVec3::new(left + 1e-6, -side * WIDTH, side * 2.0 * ARM);
-        scene.supports.push(Support {
-            body: None,
-            region: Region::Box {
-                min: corner.min(other) - DVec3::X * 1e-6,
-                max: corner.max(other),
-            },
-            motion: SupportMotion::Driven {
-                path: vec![
-                    key(0.2, DVec3::ZERO),
-                    key(OPENED, DVec3::Z * (0.5 * side * OPENING)),
-                ],
-            },
-        });
+        let region = Region::Box {
+            min: corner.min(other) - DVec3::X * 1e-6,
+            max: corner.max(other),
+        };
+        let opened = DVec3::Z * (0.5 * side * OPENING);
+        let path = vec![Key::new(0.2, DVec3::ZERO), Key::new(OPENED, opened)];
+        scene.supports.push(Support::driven(region, path));
     }
     let [short, long] = CRACK.map(|crack| left + crack);
-    for (name, times, way) in [
-        ("first", [0.0, 0.15], [left - 0.01, short]),
-        ("middle", [BEGINS, ENDS], [short, long]),
+    for (name, path) in [
+        ("first", [(0.0, left - 0.01), (0.15, short)]),
+        ("middle", [(BEGINS, short), (ENDS, long)]),
     ] {
+        let path = path.map(|(time, x)| Key::new(time, DVec3::X * x));
+        let edge = vec![DVec3::Y * -WIDTH, DVec3::Y * WIDTH];
         scene.cuts.push(Cut {
             name: name.to_owned(),
-            body: None,
-            edge: vec![DVec3::Y * -WIDTH, DVec3::Y * WIDTH],
-            path: vec![
-                key(times[0], DVec3::X * way[0]),
-                key(times[1], DVec3::X * way[1]),
-            ],
-            capture: Capture::default(),
-            weld_tolerance: None,
+            ..Cut::new(edge, path.to_vec())
         });
     }
-    Ok(phyxel_scene::from_text(
-        &phyxel_scene::to_ron(&scene),
-        "griffith",
-        "",
-        &[],
-    )?)
+    scene
 }
 
 /// Cuts the double cantilever with `spacings` across an arm.
-///
-/// # Errors
-/// [`StudyError::Scene`] if the scene is not valid.
-pub fn measure(spacings: f64) -> Result<Finding, StudyError> {
+#[must_use]
+pub fn measure(spacings: f64) -> Finding {
     let mut before = (0.0, 0.0);
     let name = format!("double cantilever, {spacings} across an arm");
-    let row = run_with(&name, scene(spacings)?, Options::default(), |world| {
+    let row = run_with(&name, scene(spacings), Options::default(), |world| {
         if world.scene_time().is_some_and(|time| time < BEGINS) {
             let audit = world.members()[0].body.motion.audit();
             before = (audit.elastic, audit.energy_correction);
@@ -149,14 +118,14 @@ pub fn measure(spacings: f64) -> Result<Finding, StudyError> {
     let lost = before.0 - row.elastic;
     // The integral of G over the area: U falls with the third power of A.
     let of_load = before.0 * (1.0 - last / first);
-    Ok(Finding {
+    Finding {
         spacings,
         stored: before.0 / first,
         ratio: lost / of_load,
         ratio_of_closed_form: lost / (first - last),
         by_updates: (row.released + before.1) / lost,
         row,
-    })
+    }
 }
 
 /// What exceeds a limit, in words.

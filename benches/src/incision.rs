@@ -54,7 +54,7 @@ impl Sheet {
 }
 
 /// What was found of one scene.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Finding {
     /// The incision's surface, and the resection's.
     pub sheets: [Sheet; 2],
@@ -152,15 +152,9 @@ pub fn measure(name: &str, scene: Scene) -> Finding {
     let mut parts: [Vec<DVec3>; 2] = Default::default();
     let mut seen = 0;
     let mut found = Finding {
-        sheets: Default::default(),
-        severed: BTreeSet::new(),
-        openings: Vec::new(),
-        missed: 0,
-        ties: 0,
-        pieces: Vec::new(),
         latency: f64::NAN,
         spacing: f64::NAN,
-        row: Row::unbuilt(),
+        ..Finding::default()
     };
     let row = run_with(name, scene, Options::default(), |world| {
         let member = &world.members()[0];
@@ -182,7 +176,6 @@ pub fn measure(name: &str, scene: Scene) -> Finding {
             }
             seen = cuts.triangle_count();
         }
-        #[allow(clippy::cast_precision_loss, reason = "a few readings")]
         let due = READING * (found.openings.len() + 1) as f64;
         if now >= due && due <= BETWEEN {
             let opening;

@@ -3,9 +3,17 @@
 //!
 //! A scene is run by [`run`], which watches every step and gives a [`Row`]; [`batch::run_all`] runs
 //! many and writes them as CSV. `cargo run --release -p benches -- NAME` runs one study.
+#![allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_precision_loss,
+    clippy::cast_sign_loss,
+    clippy::float_cmp,
+    clippy::missing_assert_message,
+    clippy::unwrap_used,
+    reason = "counts of studies are small, and a proof fails by panicking where it cannot be made"
+)]
 
 pub mod batch;
-#[allow(clippy::cast_possible_truncation, reason = "draws among few")]
 mod combined;
 
 pub mod cook;
@@ -19,20 +27,11 @@ pub mod incision;
 pub mod matrix;
 pub mod organs;
 pub mod problems;
-#[allow(
-    clippy::cast_possible_truncation,
-    clippy::cast_precision_loss,
-    clippy::float_cmp,
-    clippy::missing_assert_message,
-    clippy::unwrap_used,
-    reason = "a proof fails by panicking where it cannot be made; its counts are small"
-)]
 pub mod prove;
 pub mod random;
 pub mod report;
 mod row;
 pub mod spin;
-#[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
 pub mod studies;
 mod watch;
 

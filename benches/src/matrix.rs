@@ -106,19 +106,12 @@ pub fn liver(nodes: u32, cuts: LiverCuts) -> Result<Scene, StudyError> {
         LiverCuts::Two => {}
         LiverCuts::Uncut => scene.cuts.clear(),
         LiverCuts::Front => {
-            let key = |time: f64, z: f64| Key {
-                time,
-                position: DVec3::new(0.0, -0.02, z),
-                rotation: DVec3::ZERO,
-            };
+            let key = |time: f64, z: f64| Key::new(time, DVec3::new(0.0, -0.02, z));
+            // From side to side, 4 cm before the support: the whole front comes off.
+            let edge = vec![DVec3::X * -0.15, DVec3::X * 0.15];
             scene.cuts = vec![Cut {
                 name: "front".to_owned(),
-                body: None,
-                // From side to side, 4 cm before the support: the whole front comes off.
-                edge: vec![DVec3::X * -0.15, DVec3::X * 0.15],
-                path: vec![key(0.1, 0.1), key(1.9, -0.12)],
-                capture: Capture::default(),
-                weld_tolerance: None,
+                ..Cut::new(edge, vec![key(0.1, 0.1), key(1.9, -0.12)])
             }];
             scene.integration.duration = 2.6;
         }

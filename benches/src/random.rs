@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use glam::DVec3;
-use phyxel::scene::{Body, Cut, Gravity, Key, Region, Sampling, Scene, Shape, Support, Target};
+use phyxel::scene::{Body, Cut, Gravity, Key, Region, Scene, Shape, Support, Target};
 use serde::Serialize;
 use testkit::cloud::Random;
 
@@ -76,24 +76,12 @@ fn scene(random: &mut Random, all: bool) -> Result<Scene, StudyError> {
     } else {
         liver(random)
     };
-    #[allow(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "between hundreds and thousands"
-    )]
     let nodes = between_log(random, NODES) as u32;
-    body.sampling = Sampling {
-        target: Target::Nodes(nodes),
-        ..Sampling::default()
-    };
+    body.sampling.target = Target::Nodes(nodes);
     body.material.youngs_modulus = between_log(random, MODULUS);
     body.material.poissons_ratio = between(random, RATIO);
     let mut scene = Scene::new("random", vec![body]);
-    scene.supports.push(Support {
-        body: None,
-        region,
-        motion: phyxel::scene::SupportMotion::Fixed,
-    });
+    scene.supports.push(Support::fixed(region));
     scene.gravity = Some(Gravity {
         acceleration: direction(random) * between(random, GRAVITY),
         ..Gravity::default()
@@ -159,13 +147,10 @@ fn stroke(random: &mut Random, number: u32, half: DVec3, start: f64) -> Cut {
         position: from.lerp(to, share),
         rotation,
     };
+    let path = vec![key(0.0, DVec3::ZERO), key(0.5, bent), key(1.0, turn)];
     Cut {
         name: format!("stroke {number}"),
-        body: None,
-        edge: vec![across * -reach, across * reach],
-        path: vec![key(0.0, DVec3::ZERO), key(0.5, bent), key(1.0, turn)],
-        capture: phyxel::scene::Capture::default(),
-        weld_tolerance: None,
+        ..Cut::new(vec![across * -reach, across * reach], path)
     }
 }
 
@@ -221,7 +206,6 @@ fn is_calm(row: &Row) -> bool {
 
 /// What exceeds a limit, in words.
 #[must_use]
-#[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
 pub fn breaches(rows: &[Row]) -> Vec<String> {
     let mut found = Vec::new();
     for row in rows {

@@ -227,11 +227,6 @@ impl Watch {
         let integration = &world.scene().integration;
         let settling = integration.settle.map_or(0.0, |settle| settle.limit);
         let expected = (integration.duration + settling) / world.first_step();
-        #[allow(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "a count of steps, saturating"
-        )]
         let most_steps = (MOST_STEPS * expected) as u64;
         // An energy density is a difference of terms of the size of the modulus.
         let round_off = world.members().iter();
@@ -387,7 +382,6 @@ impl Watch {
     }
 
     /// The row of the world as it is now.
-    #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
     fn row(mut self, world: &World) -> Row {
         let row = &mut self.row;
         row.steps = world.steps();

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 use phyxel::World;
-use phyxel::scene::{Body, Cut, Sampling, Scene, Shape, Target};
+use phyxel::scene::{Body, Cut, Scene, Shape, Target};
 use phyxel_discretize::boundary_triangles;
 use phyxel_elastic::Elastic;
 use phyxel_enrich::Cuts;
@@ -70,16 +70,12 @@ impl Plate {
             size: 2.0 * self.half(),
         });
         body.rotation = DVec3::Z * self.angle();
-        let target = match self.grain {
+        body.sampling.target = match self.grain {
             Grain::Lattice => {
                 let [x, y, z] = self.cells.map(|count| count + 1);
                 Target::Lattice(x, y, z)
             }
             Grain::Turned(_) => Target::Spacing(self.spacing),
-        };
-        body.sampling = Sampling {
-            target,
-            ..Sampling::default()
         };
         body.material.youngs_modulus = YOUNG;
         body.material.poissons_ratio = POISSON;

@@ -62,7 +62,6 @@ impl Place {
     /// leave the crack's faces free of traction: `2 μ (u_x + i u_y) = κ φ(z) - ω(z*) - (z - z*) conj(φ'(z))` with
     /// the mirrored position `z*`; plane strain.
     fn displacement(&self, order: usize, c: DVec2) -> DVec2 {
-        #[allow(clippy::cast_precision_loss, reason = "a few terms")]
         let half = 0.5 * (order as f64 - 1.0);
         let (double_shear, kappa) = (YOUNG / (1.0 + POISSON), 3.0 - 4.0 * POISSON);
         let sign = if order.is_multiple_of(2) { 1.0 } else { -1.0 };
@@ -131,11 +130,6 @@ fn solved(mut system: Vec<Vec<f64>>) -> Vec<f64> {
     rows.map(|(row, line)| line[unknowns] / line[row]).collect()
 }
 
-#[allow(
-    clippy::unwrap_used,
-    clippy::missing_assert_message,
-    reason = "a claim that panics fails"
-)]
 pub(crate) mod checks {
     use super::super::references::arc_intensities;
     use super::*;

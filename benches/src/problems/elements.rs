@@ -386,11 +386,6 @@ fn narrow(count: usize) -> u32 {
     u32::try_from(count).expect("fewer than 2^32 pairs")
 }
 
-#[allow(
-    clippy::unwrap_used,
-    clippy::missing_assert_message,
-    reason = "a claim that panics fails"
-)]
 pub(crate) mod checks {
     use super::*;
 

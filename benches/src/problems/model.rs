@@ -124,7 +124,7 @@ impl ElasticBody {
     /// Largest eigenvalue at rest, and the step it allows.
     ///
     /// # Errors
-    /// [`StudyError::Eigenvalue`] if there is none.
+    /// [`StudyError::Body`] if there is none.
     pub fn eigenvalue(
         &mut self,
         supports: &BoundaryConditions,

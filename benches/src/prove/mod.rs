@@ -32,244 +32,110 @@ pub struct Claim {
     run: fn(&mut Proof),
 }
 
+/// The claims of a table: name, function, what is claimed.
+macro_rules! claims {
+    ($($name:literal $run:path, $about:literal;)*) => {
+        &[$(Claim { name: $name, about: $about, run: $run }),*]
+    };
+}
+
 /// Every claim, those that take longest first, so that all cores end together.
-pub const CLAIMS: &[Claim] = &[
-    Claim {
-        name: "chapter6",
-        about: "the study chapter6: three bodies, cut twice",
-        run: studies::chapter_6_cuts_three_bodies_twice,
-    },
-    Claim {
-        name: "cracks",
-        about: "a blade's slit, centre crack and penny: mouths, works of modes I to III",
-        run: scenes::cracks_by_a_blade,
-    },
-    Claim {
-        name: "splat-holes",
-        about: "the study splat: no hole, fewer errors with more surfels",
-        run: studies::splat_study_finds_no_hole_in_the_default,
-    },
-    Claim {
-        name: "matrix",
-        about: "a dozen scenes of the matrix keep every limit",
-        run: scenes::matrix,
-    },
-    Claim {
-        name: "grid",
-        about: "embedded scenes with the enrichment grid end well at three sizes",
-        run: grids::every_embedded_scene_ends_well_with_the_grid_at_three_sizes,
-    },
-    Claim {
-        name: "hertz",
-        about: "the study hertz: a sphere on a block, against finite elements and a half-space",
-        run: studies::hertz_study_meets_the_block_and_the_half_space,
-    },
-    Claim {
-        name: "field",
-        about: "the study field: displacements are read nearer to finite elements than nodes have them",
-        run: studies::field_study_reads_nearer_than_nodes_are,
-    },
-    Claim {
-        name: "contact",
-        about: "the study contact: flanks, spheres, bars, sliding",
-        run: studies::contact_study_meets_closed_forms,
-    },
-    Claim {
-        name: "touch",
-        about: "hard cases of bodies and flanks that touch",
-        run: touch::what_touches_holds,
-    },
-    Claim {
-        name: "real-meshes",
-        about: "real organ meshes are sampled well at four sizes",
-        run: real_meshes::real_meshes_sample_well,
-    },
-    Claim {
-        name: "edge-crack",
-        about: "an edge crack has the stress intensity of Tada, Paris, Irwin",
-        run: cuts::tada_paris_irwin_edge_crack,
-    },
-    Claim {
-        name: "griffith",
-        about: "a cut releases the energy release rate, and no update adds energy",
-        run: scenes::energy_release_rate,
-    },
-    Claim {
-        name: "indentation",
-        about: "forces of a pressed sphere are those of finite elements",
-        run: indentation::block_indentation_meets_finite_elements,
-    },
-    Claim {
-        name: "hertz-quarter",
-        about: "a large block gives the force and pressure of Hertz",
-        run: indentation::hertz_on_a_quarter_of_a_large_block,
-    },
-    Claim {
-        name: "cantilever",
-        about: "tip deflection of beams, small strain, three Poisson ratios",
-        run: bending::cantilever_small_strain,
-    },
-    Claim {
-        name: "large-deformation",
-        about: "a manufactured large deformation converges",
-        run: elastic::large_deformation_converges,
-    },
-    Claim {
-        name: "energy",
-        about: "a bending beam keeps its energy over 1e5 steps",
-        run: dynamics::energy_of_a_bending_beam_stays_over_1e5_steps,
-    },
-    Claim {
-        name: "crack",
-        about: "the study crack: the default is nearest to the handbook",
-        run: studies::crack_study_finds_the_default_nearest_to_the_handbook,
-    },
-    Claim {
-        name: "set-up-after",
-        about: "a set-up after the cut opens it",
-        run: cuts::a_set_up_after_the_cut_opens_it_and_the_trap_glues_it,
-    },
-    Claim {
-        name: "pieces",
-        about: "pieces of through cuts feel nothing of each other",
-        run: cuts::pieces_of_through_cuts_feel_nothing_of_each_other,
-    },
-    Claim {
-        name: "check",
-        about: "check accepts the random scenes that run, and no others",
-        run: scenes::check_accepts_what_runs,
-    },
-    Claim {
-        name: "step-limit",
-        about: "the step is below the limit of an independent estimate",
-        run: scenes::step_below_its_limit,
-    },
-    Claim {
-        name: "cook",
-        about: "Cook's membrane rises as it should",
-        run: scenes::cooks_membrane,
-    },
-    Claim {
-        name: "bending",
-        about: "pure bending converges",
-        run: bending::bending_converges,
-    },
-    Claim {
-        name: "large-deflection",
-        about: "a cantilever at large deflection",
-        run: bending::cantilever_large_deflection,
-    },
-    Claim {
-        name: "control",
-        about: "how much the control coefficient matters",
-        run: bending::cantilever_against_the_control_coefficient,
-    },
-    Claim {
-        name: "patch",
-        about: "patch tests on five clouds",
-        run: elastic::patch_test_with_affine_boundary,
-    },
-    Claim {
-        name: "soft-modes",
-        about: "a free body has six soft modes",
-        run: elastic::a_free_body_has_six_soft_modes_and_no_more,
-    },
-    Claim {
-        name: "dilatation",
-        about: "mean dilatation against locking",
-        run: elastic::clamped_cube_needs_mean_dilatation,
-    },
-    Claim {
-        name: "wave",
-        about: "a standing wave converges in space",
-        run: dynamics::standing_wave_in_a_bar_converges_in_space_to_the_wave_speed,
-    },
-    Claim {
-        name: "dropped-sphere",
-        about: "a dropped sphere bounces with a closed audit",
-        run: dynamics::a_dropped_sphere_bounces_with_a_closed_audit,
-    },
-    Claim {
-        name: "geodesics-random",
-        about: "factors around random strips are those of sampled shortest paths",
-        run: geodesics::random_strips_through_random_clouds_match_sampled_shortest_paths,
-    },
-    Claim {
-        name: "geodesics-twisted",
-        about: "factors around twisted strips are those of sampled shortest paths",
-        run: geodesics::paths_around_twisted_strips_are_the_shortest,
-    },
-    Claim {
-        name: "gradient",
-        about: "the study gradient: methods are ordered as theory says",
-        run: studies::gradient_study_orders_the_methods_as_theory_does,
-    },
-    Claim {
-        name: "beam",
-        about: "the study beam: near the finite elements",
-        run: studies::beam_study_comes_near_the_finite_elements,
-    },
-    Claim {
-        name: "cut",
-        about: "the study cut: updates and slits",
-        run: studies::cut_study_updates_blocks,
-    },
-    Claim {
-        name: "figures",
-        about: "the study figures: each is drawn, table 1 has its pattern",
-        run: studies::figures_study_draws_each_and_table_1_has_its_pattern,
-    },
-    Claim {
-        name: "stretch",
-        about: "the study stretch: every material is exact",
-        run: studies::stretch_study_finds_every_material_exact,
-    },
-    Claim {
-        name: "splat-curvature",
-        about: "the study splat: where following curvature gains",
-        run: studies::splat_study_says_where_following_curvature_gains,
-    },
-    Claim {
-        name: "splat-depth",
-        about: "the study splat: depth and inside tests",
-        run: studies::splat_study_leaves_no_hole_and_errs_less_with_more_surfels,
-    },
-    Claim {
-        name: "time",
-        about: "the study time: bodies of the size asked for",
-        run: studies::time_study_measures_bodies_of_the_size_asked_for,
-    },
-    Claim {
-        name: "scattered",
-        about: "values at 100,000 places from 10,000 random points",
-        run: scattered::interpolation_of_scattered_points,
-    },
-    Claim {
-        name: "random-seed",
-        about: "random scenes depend on seed and number alone",
-        run: scenes::random_scenes_depend_on_seed_and_number,
-    },
-    Claim {
-        name: "random-keys",
-        about: "random scenes draw every key of scenes but those that are listed",
-        run: scenes::random_scenes_say_all_that_scenes_can,
-    },
-    Claim {
-        name: "command-line",
-        about: "studies are listed, a misspelt one is named",
-        run: studies::studies_are_listed_and_a_misspelt_one_is_named,
-    },
-    Claim {
-        name: "own",
-        about: "the studies' own code: finite elements, exact cracks, tables, this command",
-        run: own::parts,
-    },
-    Claim {
-        name: "pipe",
-        about: "a reader of the output may leave",
-        run: studies::a_reader_may_leave,
-    },
-];
+pub const CLAIMS: &[Claim] = claims! {
+    "chapter6" studies::chapter_6_cuts_three_bodies_twice,
+        "the study chapter6: three bodies, cut twice";
+    "cracks" scenes::cracks_by_a_blade,
+        "a blade's slit, centre crack and penny: mouths, works of modes I to III";
+    "splat-holes" studies::splat_study_finds_no_hole_in_the_default,
+        "the study splat: no hole, fewer errors with more surfels";
+    "matrix" scenes::matrix,
+        "a dozen scenes of the matrix keep every limit";
+    "grid" grids::every_embedded_scene_ends_well_with_the_grid_at_three_sizes,
+        "embedded scenes with the enrichment grid end well at three sizes";
+    "hertz" studies::hertz_study_meets_the_block_and_the_half_space,
+        "the study hertz: a sphere on a block, against finite elements and a half-space";
+    "field" studies::field_study_reads_nearer_than_nodes_are,
+        "the study field: displacements are read nearer to finite elements than nodes have them";
+    "contact" studies::contact_study_meets_closed_forms,
+        "the study contact: flanks, spheres, bars, sliding";
+    "touch" touch::what_touches_holds,
+        "hard cases of bodies and flanks that touch";
+    "real-meshes" real_meshes::real_meshes_sample_well,
+        "real organ meshes are sampled well at four sizes";
+    "edge-crack" cuts::tada_paris_irwin_edge_crack,
+        "an edge crack has the stress intensity of Tada, Paris, Irwin";
+    "griffith" scenes::energy_release_rate,
+        "a cut releases the energy release rate, and no update adds energy";
+    "indentation" indentation::block_indentation_meets_finite_elements,
+        "forces of a pressed sphere are those of finite elements";
+    "hertz-quarter" indentation::hertz_on_a_quarter_of_a_large_block,
+        "a large block gives the force and pressure of Hertz";
+    "cantilever" bending::cantilever_small_strain,
+        "tip deflection of beams, small strain, three Poisson ratios";
+    "large-deformation" elastic::large_deformation_converges,
+        "a manufactured large deformation converges";
+    "energy" dynamics::energy_of_a_bending_beam_stays_over_1e5_steps,
+        "a bending beam keeps its energy over 1e5 steps";
+    "crack" studies::crack_study_finds_the_default_nearest_to_the_handbook,
+        "the study crack: the default is nearest to the handbook";
+    "set-up-after" cuts::a_set_up_after_the_cut_opens_it_and_the_trap_glues_it,
+        "a set-up after the cut opens it";
+    "pieces" cuts::pieces_of_through_cuts_feel_nothing_of_each_other,
+        "pieces of through cuts feel nothing of each other";
+    "check" scenes::check_accepts_what_runs,
+        "check accepts the random scenes that run, and no others";
+    "step-limit" scenes::step_below_its_limit,
+        "the step is below the limit of an independent estimate";
+    "cook" scenes::cooks_membrane,
+        "Cook's membrane rises as it should";
+    "bending" bending::bending_converges,
+        "pure bending converges";
+    "large-deflection" bending::cantilever_large_deflection,
+        "a cantilever at large deflection";
+    "control" bending::cantilever_against_the_control_coefficient,
+        "how much the control coefficient matters";
+    "patch" elastic::patch_test_with_affine_boundary,
+        "patch tests on five clouds";
+    "soft-modes" elastic::a_free_body_has_six_soft_modes_and_no_more,
+        "a free body has six soft modes";
+    "dilatation" elastic::clamped_cube_needs_mean_dilatation,
+        "mean dilatation against locking";
+    "wave" dynamics::standing_wave_in_a_bar_converges_in_space_to_the_wave_speed,
+        "a standing wave converges in space";
+    "dropped-sphere" dynamics::a_dropped_sphere_bounces_with_a_closed_audit,
+        "a dropped sphere bounces with a closed audit";
+    "geodesics-random" geodesics::random_strips_through_random_clouds_match_sampled_shortest_paths,
+        "factors around random strips are those of sampled shortest paths";
+    "geodesics-twisted" geodesics::paths_around_twisted_strips_are_the_shortest,
+        "factors around twisted strips are those of sampled shortest paths";
+    "gradient" studies::gradient_study_orders_the_methods_as_theory_does,
+        "the study gradient: methods are ordered as theory says";
+    "beam" studies::beam_study_comes_near_the_finite_elements,
+        "the study beam: near the finite elements";
+    "cut" studies::cut_study_updates_blocks,
+        "the study cut: updates and slits";
+    "figures" studies::figures_study_draws_each_and_table_1_has_its_pattern,
+        "the study figures: each is drawn, table 1 has its pattern";
+    "stretch" studies::stretch_study_finds_every_material_exact,
+        "the study stretch: every material is exact";
+    "splat-curvature" studies::splat_study_says_where_following_curvature_gains,
+        "the study splat: where following curvature gains";
+    "splat-depth" studies::splat_study_leaves_no_hole_and_errs_less_with_more_surfels,
+        "the study splat: depth and inside tests";
+    "time" studies::time_study_measures_bodies_of_the_size_asked_for,
+        "the study time: bodies of the size asked for";
+    "scattered" scattered::interpolation_of_scattered_points,
+        "values at 100,000 places from 10,000 random points";
+    "random-seed" scenes::random_scenes_depend_on_seed_and_number,
+        "random scenes depend on seed and number alone";
+    "random-keys" scenes::random_scenes_say_all_that_scenes_can,
+        "random scenes draw every key of scenes but those that are listed";
+    "command-line" studies::studies_are_listed_and_a_misspelt_one_is_named,
+        "studies are listed, a misspelt one is named";
+    "own" own::parts,
+        "the studies' own code: finite elements, exact cracks, tables, this command";
+    "pipe" studies::a_reader_may_leave,
+        "a reader of the output may leave";
+};
 
 /// A figure and the limit that it must keep.
 #[derive(Debug, Clone, PartialEq)]
@@ -433,11 +299,6 @@ fn check(claim: &Claim) -> Outcome {
     }
 }
 
-#[allow(
-    clippy::unwrap_used,
-    clippy::missing_assert_message,
-    reason = "a claim that panics fails"
-)]
 pub(crate) mod checks {
     use super::*;
 

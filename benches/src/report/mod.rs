@@ -84,6 +84,44 @@ pub enum Cell {
     Nothing,
 }
 
+impl From<&str> for Cell {
+    fn from(word: &str) -> Self {
+        Self::Word(word.to_owned())
+    }
+}
+
+impl From<String> for Cell {
+    fn from(word: String) -> Self {
+        Self::Word(word)
+    }
+}
+
+impl From<usize> for Cell {
+    fn from(count: usize) -> Self {
+        Self::Count(count)
+    }
+}
+
+impl From<f64> for Cell {
+    fn from(number: f64) -> Self {
+        Self::Number(number)
+    }
+}
+
+impl<T: Into<Self>> From<Option<T>> for Cell {
+    fn from(cell: Option<T>) -> Self {
+        cell.map_or(Self::Nothing, Into::into)
+    }
+}
+
+/// A row of a table, of what can be a [`Cell`] each.
+macro_rules! row {
+    ($($cell:expr),* $(,)?) => {
+        vec![$($crate::report::Cell::from($cell)),*]
+    };
+}
+pub(crate) use row;
+
 impl Serialize for Cell {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
@@ -106,7 +144,6 @@ impl Cell {
 
     /// The number or count, if it is one.
     #[must_use]
-    #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
     pub fn number(&self) -> Option<f64> {
         match self {
             Self::Count(count) => Some(*count as f64),
@@ -335,11 +372,6 @@ impl Series {
     }
 }
 
-#[allow(
-    clippy::unwrap_used,
-    clippy::missing_assert_message,
-    reason = "a claim that panics fails"
-)]
 pub(crate) mod checks {
     use super::*;
 

@@ -6,7 +6,7 @@ use glam::DVec3;
 use phyxel_integrate::{NewtonSettings, StaticLoad, solve_static};
 
 use crate::problems::model::Law;
-use crate::report::{Cell, Plot, Report, Series, Table, columns, log};
+use crate::report::{Plot, Report, Series, Table, columns, log, row};
 use crate::{Effort, StudyError};
 use phyxel::scene::{self, Form, MaterialSettings, Region, Scene, Shape, Support, Target};
 use phyxel::{Body, World};
@@ -52,15 +52,15 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
         for &cells in cells {
             let measured = measure(ratio, reference, (DEPTH / cells, form))?;
             let cost = measured.seconds_per_step / measured.step;
-            rows.push(vec![
-                Cell::Number(ratio),
-                Cell::Word(nodes.to_owned()),
-                Cell::Count(measured.nodes),
-                Cell::Number(measured.spacing),
-                Cell::Number(100.0 * measured.error),
-                Cell::Number(1e3 * measured.step),
-                Cell::Number(1e3 * measured.seconds_per_step),
-                Cell::Number(1.0 / cost),
+            rows.push(row![
+                ratio,
+                nodes,
+                measured.nodes,
+                measured.spacing,
+                100.0 * measured.error,
+                1e3 * measured.step,
+                1e3 * measured.seconds_per_step,
+                1.0 / cost
             ]);
             errors.push((measured.spacing, 100.0 * measured.error.abs()));
             costs.push((cost, 100.0 * measured.error.abs()));
@@ -121,7 +121,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
 }
 
 /// The beam, from the clamp at -x to the free end at +x.
-fn beam(ratio: f64, (spacing, form): (f64, Form)) -> Result<Scene, StudyError> {
+fn beam(ratio: f64, (spacing, form): (f64, Form)) -> Scene {
     let mut body = scene::Body::new(Shape::Box {
         size: DVec3::new(LENGTH, DEPTH, DEPTH),
     });
@@ -134,26 +134,17 @@ fn beam(ratio: f64, (spacing, form): (f64, Form)) -> Result<Scene, StudyError> {
         ..MaterialSettings::default()
     };
     let mut scene = Scene::new("beam", vec![body]);
-    scene.supports.push(Support {
-        body: None,
-        region: Region::HalfSpace {
-            point: DVec3::new(-0.499_999 * LENGTH, 0.0, 0.0),
-            normal: DVec3::NEG_X,
-        },
-        motion: scene::SupportMotion::Fixed,
-    });
+    scene.supports.push(Support::fixed(Region::HalfSpace {
+        point: DVec3::new(-0.499_999 * LENGTH, 0.0, 0.0),
+        normal: DVec3::NEG_X,
+    }));
     scene.gravity = None;
     scene.integration.settle = None;
-    Ok(phyxel_scene::from_text(
-        &phyxel_scene::to_ron(&scene),
-        "beam study",
-        "",
-        &[],
-    )?)
+    scene
 }
 
 fn measure(ratio: f64, reference: f64, nodes: (f64, Form)) -> Result<Measured, StudyError> {
-    let scene = beam(ratio, nodes)?;
+    let scene = beam(ratio, nodes);
     let mut body = Body::new(&scene, &scene.bodies[0])?;
     let boundary = &body.stencils.boundary_vectors;
     // The fraction of the end face that each of its nodes stands for.

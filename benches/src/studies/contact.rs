@@ -4,20 +4,23 @@ use glam::DVec3;
 use phyxel::scene::Scene;
 use phyxel::{Member, World};
 
-use crate::report::{Cell, Report, Table, columns};
+use crate::report::{Cell, Report, Table, columns, row};
 use crate::{Effort, StudyError};
 
-/// One figure beside the one it is compared with.
-struct Row {
-    case: &'static str,
-    figure: &'static str,
-    found: f64,
-    expected: f64,
+/// Figures beside those they are compared with.
+#[derive(Default)]
+struct Rows(Vec<Vec<Cell>>);
+
+impl Rows {
+    fn add(&mut self, case: &str, figure: &str, found: f64, expected: f64) {
+        let error = (expected != 0.0).then(|| 1e2 * (found / expected - 1.0));
+        self.0.push(row![case, figure, found, expected, error]);
+    }
 }
 
 pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
     let size = if effort == Effort::Full { 3 } else { 1 };
-    let mut rows = Vec::new();
+    let mut rows = Rows::default();
     for case in [press, patch, spheres, bars, slide] {
         case(size, &mut rows)?;
     }
@@ -28,20 +31,6 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
         ("expected", ""),
         ("error", "%"),
     ]);
-    let rows = rows.iter().map(|row| {
-        let error = if row.expected == 0.0 {
-            Cell::Nothing
-        } else {
-            Cell::Number(1e2 * (row.found / row.expected - 1.0))
-        };
-        vec![
-            Cell::Word(row.case.to_owned()),
-            Cell::Word(row.figure.to_owned()),
-            Cell::Number(row.found),
-            Cell::Number(row.expected),
-            error,
-        ]
-    });
     Ok(Report {
         pictures: Vec::new(),
         words: vec![
@@ -56,7 +45,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
             name: "contact",
             title: "Contact of deformable bodies".to_owned(),
             columns,
-            rows: rows.collect(),
+            rows: rows.0,
         }],
         plots: Vec::new(),
     })
@@ -64,12 +53,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
 
 fn scene(text: &str) -> Result<Scene, StudyError> {
     let text = format!("(version: 1, {text})");
-    Ok(phyxel_scene::from_text(
-        &text,
-        "contact",
-        std::path::Path::new(""),
-        &[],
-    )?)
+    Ok(phyxel_scene::from_text(&text, "contact", "", &[])?)
 }
 
 /// The world at the end of a scene.
@@ -91,7 +75,7 @@ fn reaction(member: &Member, above: f64) -> f64 {
     upper.map(|(_, force)| force.z).sum()
 }
 
-fn press(size: u32, rows: &mut Vec<Row>) -> Result<(), StudyError> {
+fn press(size: u32, rows: &mut Rows) -> Result<(), StudyError> {
     let block = |by: f64, cut: bool| {
         let cuts = if cut {
             "contact: (), cuts: [(edge: [(0, -0.05, 0.0003), (0, 0.05, 0.0003)], path: [
@@ -114,30 +98,16 @@ fn press(size: u32, rows: &mut Vec<Row>) -> Result<(), StudyError> {
     for (figure, by) in [("force (N), pressed", -0.05), ("force (N), drawn", 0.05)] {
         let uncut = block(by, false)?;
         let found = block(by, true)?;
-        let (expected, figure) = if by < 0.0 {
-            (uncut, figure)
-        } else {
-            (0.0, figure)
-        };
-        rows.push(Row {
-            case: "flanks",
-            figure,
-            found,
-            expected,
-        });
+        let expected = if by < 0.0 { uncut } else { 0.0 };
+        rows.add("flanks", figure, found, expected);
         if by > 0.0 {
-            rows.push(Row {
-                case: "flanks",
-                figure: "the same over the uncut",
-                found: found / uncut,
-                expected: 0.0,
-            });
+            rows.add("flanks", "the same over the uncut", found / uncut, 0.0);
         }
     }
     Ok(())
 }
 
-fn patch(size: u32, rows: &mut Vec<Row>) -> Result<(), StudyError> {
+fn patch(size: u32, rows: &mut Rows) -> Result<(), StudyError> {
     let blocks = |bodies: &str| {
         play(&format!(
             "bodies: [{bodies}],
@@ -164,12 +134,12 @@ fn patch(size: u32, rows: &mut Vec<Row>) -> Result<(), StudyError> {
         half("b", 0.02, 700 * size)
     );
     let two = blocks(&two)?;
-    rows.push(Row {
-        case: "patch",
-        figure: "force (N)",
-        found: -reaction(&two.members()[1], 0.0),
-        expected: -reaction(&one.members()[0], 0.0),
-    });
+    rows.add(
+        "patch",
+        "force (N)",
+        -reaction(&two.members()[1], 0.0),
+        -reaction(&one.members()[0], 0.0),
+    );
     let (mut sum, mut volume, mut most) = (0.0, 0.0, 0.0_f64);
     for Member { body, .. } in two.members() {
         let gradients = body.elastic.deformation_gradients();
@@ -184,17 +154,12 @@ fn patch(size: u32, rows: &mut Vec<Row>) -> Result<(), StudyError> {
         ("strain off 1 %, rms", (sum / volume).sqrt()),
         ("strain off 1 %, largest", most),
     ] {
-        rows.push(Row {
-            case: "patch",
-            figure,
-            found,
-            expected: 0.0,
-        });
+        rows.add("patch", figure, found, 0.0);
     }
     Ok(())
 }
 
-fn spheres(size: u32, rows: &mut Vec<Row>) -> Result<(), StudyError> {
+fn spheres(size: u32, rows: &mut Rows) -> Result<(), StudyError> {
     let (radius, push, modulus, ratio) = (0.02, 0.001, 5e3, 0.3);
     let sphere = |name: &str, z: f64| {
         format!(
@@ -227,17 +192,12 @@ fn spheres(size: u32, rows: &mut Vec<Row>) -> Result<(), StudyError> {
         ("force (N), a rigid plane", pushed),
         ("force (N), Hertz", hertz),
     ] {
-        rows.push(Row {
-            case: "spheres",
-            figure,
-            found,
-            expected,
-        });
+        rows.add("spheres", figure, found, expected);
     }
     Ok(())
 }
 
-fn bars(size: u32, rows: &mut Vec<Row>) -> Result<(), StudyError> {
+fn bars(size: u32, rows: &mut Rows) -> Result<(), StudyError> {
     let bar = |name: &str, x: f64, v: f64| {
         format!(
             "(name: \"{name}\", shape: Box(size: (0.1, 0.02, 0.02)), position: ({x}, 0, 0), velocity: ({v}, 0, 0),
@@ -282,25 +242,14 @@ fn bars(size: u32, rows: &mut Vec<Row>) -> Result<(), StudyError> {
         }
     })?;
     let (after, kept) = total(&world);
-    let mut row = |figure, found, expected| {
-        rows.push(Row {
-            case: "bars",
-            figure,
-            found,
-            expected,
-        });
-    };
-    row("time in contact (s)", last - first, 0.02);
-    row("energy (J)", after, energy);
-    row(
-        "momentum lost over momentum",
-        (kept - momentum).length() / momentum.length(),
-        0.0,
-    );
+    rows.add("bars", "time in contact (s)", last - first, 0.02);
+    rows.add("bars", "energy (J)", after, energy);
+    let lost = (kept - momentum).length() / momentum.length();
+    rows.add("bars", "momentum lost over momentum", lost, 0.0);
     Ok(())
 }
 
-fn slide(size: u32, rows: &mut Vec<Row>) -> Result<(), StudyError> {
+fn slide(size: u32, rows: &mut Rows) -> Result<(), StudyError> {
     let world = play(&format!(
         "bodies: [(name: \"plate\", shape: Box(size: (0.2, 0.06, 0.01)), position: (0.03, 0, -0.005),
             sampling: (target: Nodes({})), material: (youngs_modulus: 3e4, poissons_ratio: 0.3)),
@@ -320,17 +269,7 @@ fn slide(size: u32, rows: &mut Vec<Row>) -> Result<(), StudyError> {
         .sum();
     let found = moved / body.masses.iter().sum::<f64>();
     let expected = 0.4 * 0.4 / (2.0 * 0.3 * 9.81);
-    rows.push(Row {
-        case: "sliding",
-        figure: "distance (m)",
-        found,
-        expected,
-    });
-    rows.push(Row {
-        case: "sliding",
-        figure: "speed at the end (m/s)",
-        found: world.speed(),
-        expected: 0.0,
-    });
+    rows.add("sliding", "distance (m)", found, expected);
+    rows.add("sliding", "speed at the end (m/s)", world.speed(), 0.0);
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! What rules for weakening pairs do to the mechanics: stress intensity and mouth of an edge crack.
 
 use crate::problems::cracks::{Form, PLACES, Ratios, edge_crack};
-use crate::report::{Cell, Plot, Report, Series, Table, columns, linear, log};
+use crate::report::{Cell, Plot, Report, Series, Table, columns, linear, log, row};
 use crate::{Effort, StudyError};
 
 /// Mean and standard deviation.
@@ -36,7 +36,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
             let runs: Vec<Ratios> = runs.into_iter().flatten().collect();
             let length = 0.4 * f64::from(cells);
             let Some(first_run) = runs.first() else {
-                let mut row = vec![Cell::Word(name.clone()), Cell::Number(length)];
+                let mut row = row![name.clone(), length];
                 row.push(Cell::Word("refused".to_owned()));
                 row.resize(11, Cell::Nothing);
                 rows.push(row);
@@ -44,18 +44,18 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
             };
             let (first, first_spread) = spread(&runs, |run| run.first);
             let (second, second_spread) = spread(&runs, |run| run.second);
-            rows.push(vec![
-                Cell::Word(name.clone()),
-                Cell::Number(length),
-                Cell::Count(first_run.nodes),
-                Cell::Number(100.0 * (first - 1.0)),
-                Cell::Number(100.0 * first_spread),
-                Cell::Number(100.0 * (second - 1.0)),
-                Cell::Number(100.0 * second_spread),
-                Cell::Number(100.0 * off(&runs)),
-                Cell::Number(milliseconds(&runs, 0)),
-                Cell::Number(milliseconds(&runs, 1)),
-                Cell::Number(milliseconds(&runs, 2)),
+            rows.push(row![
+                name.clone(),
+                length,
+                first_run.nodes,
+                100.0 * (first - 1.0),
+                100.0 * first_spread,
+                100.0 * (second - 1.0),
+                100.0 * second_spread,
+                100.0 * off(&runs),
+                milliseconds(&runs, 0),
+                milliseconds(&runs, 1),
+                milliseconds(&runs, 2)
             ]);
             firsts.push((length, 100.0 * root(&runs, |run| run.first)));
             seconds.push((length, 100.0 * root(&runs, |run| run.second)));

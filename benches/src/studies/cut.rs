@@ -1,6 +1,6 @@
 //! Cutting: what a blade update costs.
 
-use crate::report::{Cell, Plot, Report, Series, Table, columns, log};
+use crate::report::{Plot, Report, Series, Table, columns, log, row};
 use crate::{Effort, StudyError};
 use phyxel::Phase;
 use phyxel::World;
@@ -72,14 +72,14 @@ fn updates(effort: Effort) -> Result<Measured, StudyError> {
                 continue;
             }
             let found = update(nodes, captures)?;
-            rows.push(vec![
-                Cell::Count(found.nodes),
-                Cell::Count(found.captures),
-                Cell::Count(found.triangles),
-                Cell::Count(found.severed),
-                Cell::Number(found.median),
-                Cell::Number(found.worst),
-                Cell::Number(found.latency),
+            rows.push(row![
+                found.nodes,
+                found.captures,
+                found.triangles,
+                found.severed,
+                found.median,
+                found.worst,
+                found.latency
             ]);
             let (nodes, triangles) = (found.nodes as f64, found.triangles as f64);
             points.push((triangles, found.median));

@@ -10,7 +10,7 @@ use crate::problems::indentation::{
 };
 use crate::problems::model::ElasticBody;
 use crate::problems::reference::Reference;
-use crate::report::{Cell, Plot, Report, Series, Table, columns, log};
+use crate::report::{Cell, Plot, Report, Series, Table, columns, log, row};
 use crate::{Effort, StudyError};
 
 /// Method and nodes of a row.
@@ -157,16 +157,14 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
                 let error = found.skins.map(|skins| Cell::Number(100.0 * skins[at]));
                 error.unwrap_or(Cell::Nothing)
             };
-            rows.push(vec![
-                Cell::Word(name.clone()),
-                Cell::Count(found.nodes),
-                Cell::Number(100.0 * (found.force / (known * SMALL) - 1.0)),
-                Cell::Number(100.0 * found.as_nodes),
-                found
-                    .as_read
-                    .map_or(Cell::Nothing, |read| Cell::Number(100.0 * read)),
+            rows.push(row![
+                name.clone(),
+                found.nodes,
+                100.0 * (found.force / (known * SMALL) - 1.0),
+                100.0 * found.as_nodes,
+                found.as_read.map(|read| 100.0 * read),
                 skin(0),
-                skin(1),
+                skin(1)
             ]);
             let nodes = found.nodes as f64;
             by_nodes.push((nodes, 100.0 * found.as_nodes));

@@ -7,7 +7,7 @@ use phyxel_mls::{
     kernel_weights, within_radius,
 };
 
-use crate::report::{Cell, Plot, Report, Series, Table, columns, log, median_time};
+use crate::report::{Plot, Report, Series, Table, columns, log, median_time, row};
 use crate::{Effort, StudyError};
 use testkit::cloud::Random;
 
@@ -82,16 +82,16 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
             });
             let (nodes_f, pairs_f) = (nodes as f64, measured.pairs as f64);
             let setup = 1e6 * measured.setup / nodes_f;
-            rows.push(vec![
-                Cell::Word(method.name().to_owned()),
-                Cell::Count(nodes),
-                Cell::Number(cloud.spacing),
-                Cell::Number(pairs_f / nodes_f),
-                Cell::Number(measured.error),
-                order.map_or(Cell::Nothing, Cell::Number),
-                measured.conservation.map_or(Cell::Nothing, Cell::Number),
-                Cell::Number(setup),
-                Cell::Number(1e9 * measured.evaluation / pairs_f),
+            rows.push(row![
+                method.name(),
+                nodes,
+                cloud.spacing,
+                pairs_f / nodes_f,
+                measured.error,
+                order,
+                measured.conservation,
+                setup,
+                1e9 * measured.evaluation / pairs_f
             ]);
             errors.push((cloud.spacing, measured.error));
             costs.push((measured.setup, measured.error));

@@ -48,81 +48,40 @@ pub struct Study {
     run: fn(Effort) -> Result<Report, StudyError>,
 }
 
+/// The studies of a table: name, function, title and question.
+macro_rules! studies {
+    ($($name:literal $run:path, $title:literal, $question:literal;)*) => {
+        &[$(Study { name: $name, title: $title, question: $question, run: $run }),*]
+    };
+}
+
 /// Every study.
-pub const STUDIES: &[Study] = &[
-    Study {
-        name: "gradient",
-        title: "Gradients on scattered nodes",
-        question: "how far off is the gradient of a smooth field, and what does it cost?",
-        run: gradient::run,
-    },
-    Study {
-        name: "beam",
-        title: "A cantilever under a load at its end",
-        question: "how far off is the deflection, and what does a simulated second cost?",
-        run: beam::run,
-    },
-    Study {
-        name: "stretch",
-        title: "A cube stretched with free sides",
-        question: "how far off is the stress of each material, and what does its solution cost?",
-        run: stretch::run,
-    },
-    Study {
-        name: "hertz",
-        title: "A sphere pressed into a block",
-        question: "how far off is the force of a tool, against half-space theory and finite elements?",
-        run: hertz::run,
-    },
-    Study {
-        name: "field",
-        title: "Displacements under a sphere, as nodal values and as read",
-        question: "how far are nodes' displacements off, and how far those that are drawn and written?",
-        run: field::run,
-    },
-    Study {
-        name: "contact",
-        title: "Bodies and flanks that touch",
-        question: "how far off are forces, times and distances of deformable bodies in contact?",
-        run: contact::run,
-    },
-    Study {
-        name: "crack",
-        title: "Cracks with a known answer",
-        question: "how far off are stress intensity and opening of a cut, and what does it cost?",
-        run: crack::run,
-    },
-    Study {
-        name: "cut",
-        title: "Cutting",
-        question: "what does a blade update cost?",
-        run: cut::run,
-    },
-    Study {
-        name: "chapter6",
-        title: "The dissertation's chapter 6 again",
-        question: "how do its model and phyxel do on its bodies: error, speed, energy of the cuts?",
-        run: hanging::run,
-    },
-    Study {
-        name: "splat",
-        title: "Surfaces drawn as splats",
-        question: "how far is a picture of splats from the exact one, and what does it cost?",
-        run: splat::run,
-    },
-    Study {
-        name: "figures",
-        title: "The dissertation's figures",
-        question: "what does each figure with data show there, and what does it show here?",
-        run: figures::run,
-    },
-    Study {
-        name: "time",
-        title: "Time of a step",
-        question: "what does a step cost as the body grows?",
-        run: time::run,
-    },
-];
+pub const STUDIES: &[Study] = studies! {
+    "gradient" gradient::run, "Gradients on scattered nodes",
+        "how far off is the gradient of a smooth field, and what does it cost?";
+    "beam" beam::run, "A cantilever under a load at its end",
+        "how far off is the deflection, and what does a simulated second cost?";
+    "stretch" stretch::run, "A cube stretched with free sides",
+        "how far off is the stress of each material, and what does its solution cost?";
+    "hertz" hertz::run, "A sphere pressed into a block",
+        "how far off is the force of a tool, against half-space theory and finite elements?";
+    "field" field::run, "Displacements under a sphere, as nodal values and as read",
+        "how far are nodes' displacements off, and how far those that are drawn and written?";
+    "contact" contact::run, "Bodies and flanks that touch",
+        "how far off are forces, times and distances of deformable bodies in contact?";
+    "crack" crack::run, "Cracks with a known answer",
+        "how far off are stress intensity and opening of a cut, and what does it cost?";
+    "cut" cut::run, "Cutting",
+        "what does a blade update cost?";
+    "chapter6" hanging::run, "The dissertation's chapter 6 again",
+        "how do its model and phyxel do on its bodies: error, speed, energy of the cuts?";
+    "splat" splat::run, "Surfaces drawn as splats",
+        "how far is a picture of splats from the exact one, and what does it cost?";
+    "figures" figures::run, "The dissertation's figures",
+        "what does each figure with data show there, and what does it show here?";
+    "time" time::run, "Time of a step",
+        "what does a step cost as the body grows?";
+};
 
 /// What a study found.
 #[derive(Debug, Clone, Serialize)]

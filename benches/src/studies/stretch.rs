@@ -10,7 +10,7 @@ use phyxel_integrate::{
 
 use crate::problems::block::{Block, lattice};
 use crate::problems::model::{Law, dissertation};
-use crate::report::{Cell, Plot, Report, Series, Table, columns, linear, log};
+use crate::report::{Cell, Plot, Report, Series, Table, columns, linear, log, row};
 use crate::{Effort, StudyError};
 use testkit::cloud::Random;
 
@@ -275,13 +275,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
                 let mut worst = 0.0_f64;
                 for &l in stretches.iter().filter(|&&l| borne(nu, l)) {
                     let (stress, across) = kind.closed_form(nu, l);
-                    let mut row = vec![
-                        Cell::Word(kind.name().to_owned()),
-                        Cell::Word(model.name().to_owned()),
-                        Cell::Number(nu),
-                        Cell::Number(l),
-                        Cell::Number(stress),
-                    ];
+                    let mut row = row![kind.name(), model.name(), nu, l, stress];
                     match stretch(&block, model, kind.material(nu), l) {
                         Ok(found) => {
                             let error = 100.0 * (found.stress / stress - 1.0);

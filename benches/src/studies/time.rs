@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use crate::report::{Cell, Plot, Report, Series, Table, columns, log};
+use crate::report::{Plot, Report, Series, Table, columns, log, row};
 use crate::{Effort, StudyError};
 use phyxel::World;
 use phyxel_scene::Override;
@@ -44,15 +44,15 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
         let body = &world.members()[0].body;
         let (nodes, pairs) = (body.rest.len(), body.neighborhoods.pair_count());
         let (nodes_f, pairs_f) = (nodes as f64, pairs as f64);
-        rows.push(vec![
-            Cell::Count(nodes),
-            Cell::Number(pairs_f / nodes_f),
-            Cell::Number(built),
-            Cell::Number(1e3 * seconds),
-            Cell::Number(100.0 * spread),
-            Cell::Number(1e9 * seconds / pairs_f),
-            Cell::Number(1e3 * world.step_size()),
-            Cell::Number(world.step_size() / seconds),
+        rows.push(row![
+            nodes,
+            pairs_f / nodes_f,
+            built,
+            1e3 * seconds,
+            100.0 * spread,
+            1e9 * seconds / pairs_f,
+            1e3 * world.step_size(),
+            world.step_size() / seconds
         ]);
         setup.push((nodes_f, 1e3 * built));
         steps.push((nodes_f, 1e3 * seconds));

@@ -5,7 +5,7 @@ use phyxel_mls::{Approximation, Basis, Dimension, Kernel, Order, ShapeScratch};
 use testkit::cloud::Random;
 
 use crate::StudyError;
-use crate::report::{Cell, Plot, Series, Table, columns, linear};
+use crate::report::{Cell, Plot, Series, Table, columns, linear, row};
 
 /// Nodes on a line with the length each stands for.
 struct Nodes {
@@ -119,11 +119,7 @@ pub(super) fn draw() -> Result<(Vec<Plot>, Vec<Table>), StudyError> {
     let ones = vec![1.0; even.at.len()];
     let mut rows = Vec::new();
     let mut row = |figure: &str, what: &str, error: f64| {
-        rows.push(vec![
-            Cell::Word(figure.to_owned()),
-            Cell::Word(what.to_owned()),
-            Cell::Number(error),
-        ]);
+        rows.push(row![figure, what, error]);
     };
     let mut plots = Vec::new();
 
@@ -265,7 +261,7 @@ fn table_1(even: &Nodes) -> Table {
         Some((sum / f64::from(count)).sqrt())
     };
     let rows = (1..=7_u32).map(|radius| {
-        let mut row = vec![Cell::Number(f64::from(radius))];
+        let mut row = row![f64::from(radius)];
         for (order, _) in ORDERS {
             row.push(error(order, f64::from(radius)).map_or(Cell::Nothing, Cell::Number));
         }

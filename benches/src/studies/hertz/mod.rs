@@ -17,7 +17,7 @@ use crate::problems::indentation::{
 };
 use crate::problems::model::ElasticBody;
 use crate::problems::reference::Reference;
-use crate::report::{Cell, Plot, Report, Series, Table, columns, linear, log, median_time};
+use crate::report::{Cell, Plot, Report, Series, Table, columns, linear, log, median_time, row};
 use crate::{Effort, StudyError};
 
 /// Young's modulus (Pa) of the tables; everything is proportional to it.
@@ -264,17 +264,17 @@ fn force_curves(
         for &(depth, block) in &blocks {
             let found = press(&mut body, 1.0, depth)?;
             let theory = hertz_force(SOFT, 1.0, depth);
-            rows.push(vec![
-                Cell::Word(model.name().to_owned()),
-                Cell::Count(body.body.rest.len()),
-                Cell::Number(depth),
-                Cell::Number(MODULUS * found.force),
-                Cell::Number(found.force / theory),
-                Cell::Number(100.0 * (MODULUS * found.force / block - 1.0)),
-                Cell::Number(found.contact_radius),
-                Cell::Number(found.contact_radius / depth.sqrt()),
-                Cell::Number(found.seconds),
-                Cell::Count(found.products),
+            rows.push(row![
+                model.name(),
+                body.body.rest.len(),
+                depth,
+                MODULUS * found.force,
+                found.force / theory,
+                100.0 * (MODULUS * found.force / block - 1.0),
+                found.contact_radius,
+                found.contact_radius / depth.sqrt(),
+                found.seconds,
+                found.products
             ]);
             points.push((depth, MODULUS * found.force));
         }
@@ -322,17 +322,17 @@ fn convergence(effort: Effort, reference: &mut Reference) -> Result<Converged, S
         let error = 100.0 * (found.deep.force / known.force - 1.0);
         // Depth goes with the power 2/3 of the force, at small strain exactly.
         let deeper = (hertz_force(SOFT, radius, depth) / found.deep.force).powf(2.0 / 3.0);
-        rows.push(vec![
-            Cell::Word(model.to_owned()),
-            Cell::Count(found.nodes),
-            Cell::Number(depth.sqrt() / spacing),
-            Cell::Number(error),
-            Cell::Number(100.0 * (found.small.force / known_small.force - 1.0)),
-            Cell::Number(100.0 * found.norm),
-            Cell::Number(deeper),
-            Cell::Number(found.deep.seconds),
-            Cell::Count(found.deep.products),
-            Cell::Number(1e3 * found.evaluation),
+        rows.push(row![
+            model,
+            found.nodes,
+            depth.sqrt() / spacing,
+            error,
+            100.0 * (found.small.force / known_small.force - 1.0),
+            100.0 * found.norm,
+            deeper,
+            found.deep.seconds,
+            found.deep.products,
+            1e3 * found.evaluation
         ]);
         (error.abs(), deeper)
     };
@@ -378,12 +378,12 @@ fn convergence(effort: Effort, reference: &mut Reference) -> Result<Converged, S
         ),
     ] {
         let off = |force: f64, known: f64| Cell::Number(100.0 * (force / known - 1.0));
-        let mut row = vec![
-            Cell::Word(name.to_owned()),
+        let mut row = row![
+            name,
             Cell::Nothing,
             Cell::Nothing,
             off(force, known.force),
-            off(small, known_small.force),
+            off(small, known_small.force)
         ];
         row.resize(10, Cell::Nothing);
         rows.push(row);

@@ -8,7 +8,7 @@ use crate::problems::elements::Order;
 use crate::problems::indentation::{Press, SMALL, SOFT, SPHERES, cube_lattice, held, on_top};
 use crate::problems::model::{ElasticBody, small_displacements};
 use crate::problems::reference::{Reference, pulled};
-use crate::report::{Cell, Plot, Series, Table, columns, log};
+use crate::report::{Plot, Series, Table, columns, log, row};
 use crate::{Effort, StudyError};
 
 pub(super) const WORDS: &str = "The table of alternation asks where the norm comes from: first a smooth \
@@ -188,13 +188,13 @@ pub(super) fn table(effort: Effort, reference: &Reference) -> Result<(Table, Plo
                 let order = before.map(|(coarse, error): (u32, f64)| {
                     (error / plain).ln() / (f64::from(cells) / f64::from(coarse)).ln()
                 });
-                rows.push(vec![
-                    Cell::Word(load.name().to_owned()),
-                    Cell::Word(name.clone()),
-                    Cell::Count(found.rest.len()),
-                    Cell::Number(100.0 * plain),
-                    order.map_or(Cell::Nothing, Cell::Number),
-                    Cell::Number(100.0 * averaged),
+                rows.push(row![
+                    load.name(),
+                    name.clone(),
+                    found.rest.len(),
+                    100.0 * plain,
+                    order,
+                    100.0 * averaged
                 ]);
                 before = Some((cells, plain));
                 points.push((found.rest.len() as f64, 100.0 * plain));

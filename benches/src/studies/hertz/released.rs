@@ -1,14 +1,12 @@
 //! Figure 70: the sphere is let go on the block and comes to rest.
 
-use std::path::Path;
-
 use phyxel::World;
 use phyxel::scene::{Pictures, View};
 use phyxel_cli::picture::Painter;
 
 use super::MODULUS;
 use crate::problems::reference::Reference;
-use crate::report::{Cell, Picture, Table, columns};
+use crate::report::{Picture, Table, columns, row};
 use crate::{Effort, StudyError};
 
 pub(super) const WORDS: &str = "Released: the same cube as a scene, the sphere let go where it touches and \
@@ -44,7 +42,7 @@ fn world(nodes: u32, path: &str, release: &str) -> Result<World, StudyError> {
          tools: [(shape: Sphere(radius: 1), path: [{path}], {release})], \
          pictures: (width: 640, height: 480))"
     );
-    let scene = phyxel_scene::from_text(&text, "hertz study", Path::new(""), &[])?;
+    let scene = phyxel_scene::from_text(&text, "hertz study", "", &[])?;
     Ok(World::new(scene)?)
 }
 
@@ -82,13 +80,13 @@ pub(super) fn table(
     )?;
     play(&mut led, END)?;
     let carried = led.tool_forces()[0].force.z;
-    let rows = vec![vec![
-        Cell::Count(released.members()[0].body.rest.len()),
-        Cell::Number(push),
-        Cell::Number(depth),
-        Cell::Number(depth / DEPTH),
-        Cell::Number(tool.force.z / push),
-        Cell::Number(carried / push),
+    let rows = vec![row![
+        released.members()[0].body.rest.len(),
+        push,
+        depth,
+        depth / DEPTH,
+        tool.force.z / push,
+        carried / push
     ]];
     let table = Table {
         name: "released",

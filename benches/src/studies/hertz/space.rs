@@ -1,16 +1,16 @@
 //! The sphere on a block so large that it is nearly a half-space.
 
 use crate::problems::indentation::{HalfSpace, Ring};
-use crate::report::{Cell, Series, Table, columns};
+use crate::report::{Cell, Series, Table, columns, row};
 
 pub(super) fn table(spaces: &[HalfSpace]) -> Table {
     let rows = spaces.iter().map(|space| {
-        let mut row = vec![
-            Cell::Count(space.nodes),
-            Cell::Number(space.size),
-            Cell::Number(100.0 * (space.force - 1.0)),
-            Cell::Number(100.0 * (space.contact_radius - 1.0)),
-            Cell::Count(space.products),
+        let mut row = row![
+            space.nodes,
+            space.size,
+            100.0 * (space.force - 1.0),
+            100.0 * (space.contact_radius - 1.0),
+            space.products
         ];
         let inner = space.rings.iter().take(3);
         row.extend(inner.map(|ring| Cell::Number(100.0 * (ring.pressure / ring.expected - 1.0))));

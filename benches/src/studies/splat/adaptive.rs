@@ -8,7 +8,7 @@ use phyxel_splat::{Camera, RadiusRule, Splats, covering_radii};
 
 use super::exact::{Difference, Exact, mean_square};
 use super::{at_rest, plain_renderer};
-use crate::report::{Cell, Table, columns};
+use crate::report::{Table, columns, row};
 use crate::{Effort, StudyError};
 use phyxel::scene::SurfelSpacing;
 use phyxel_cli::picture::surfels_on_solid;
@@ -80,20 +80,20 @@ pub(crate) fn table(effort: Effort) -> Result<Table, StudyError> {
             let one = drawn(&even, RadiusRule::Constant(square.sqrt()))?;
             let adaptive = drawn(&following, RadiusRule::Covering)?;
             let disks = PI * square * n as f64;
-            rows.push(vec![
-                Cell::Word(body.to_owned()),
-                Cell::Count(n),
-                Cell::Number(disks / even.areas.iter().sum::<f64>()),
-                Cell::Count(one.holes),
-                Cell::Count(adaptive.holes),
-                Cell::Number(100.0 * one.outline),
-                Cell::Number(100.0 * adaptive.outline),
-                Cell::Number(1e3 * one.depth),
-                Cell::Number(1e3 * adaptive.depth),
-                Cell::Number(one.depth / adaptive.depth),
-                Cell::Number(one.normal),
-                Cell::Number(adaptive.normal),
-                Cell::Number(one.normal / adaptive.normal),
+            rows.push(row![
+                body,
+                n,
+                disks / even.areas.iter().sum::<f64>(),
+                one.holes,
+                adaptive.holes,
+                100.0 * one.outline,
+                100.0 * adaptive.outline,
+                1e3 * one.depth,
+                1e3 * adaptive.depth,
+                one.depth / adaptive.depth,
+                one.normal,
+                adaptive.normal,
+                one.normal / adaptive.normal
             ]);
         }
     }

@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 use phyxel_splat::{Camera, RenderSettings, Renderer, SplatView, Splats, Surfels};
 
 use super::speed;
-use crate::report::{Cell, Table, columns, median_time};
+use crate::report::{Table, columns, median_time, row};
 use crate::{Effort, StudyError};
 
 /// Eye's distance from the middle of the ball (radii).
@@ -61,13 +61,13 @@ pub(crate) fn table(effort: Effort) -> Result<Table, StudyError> {
             ("outside", "px"),
             ("depth, RMS", "radii"),
         ]),
-        rows: vec![vec![
-            Cell::Count(count as usize),
-            Cell::Number(1e3 * time),
-            Cell::Number(1e3 * first),
-            Cell::Count(holes),
-            Cell::Count(outside),
-            Cell::Number((squares / f64::max(covered, 1.0)).sqrt()),
+        rows: vec![row![
+            count as usize,
+            1e3 * time,
+            1e3 * first,
+            holes,
+            outside,
+            (squares / f64::max(covered, 1.0)).sqrt()
         ]],
     })
 }

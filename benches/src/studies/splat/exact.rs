@@ -8,7 +8,7 @@ use phyxel_splat::{Camera, Frame, Lens, Measure, RadiusRule, Splats, Tissue};
 use rayon::prelude::*;
 
 use super::{at_rest, plain_renderer};
-use crate::report::{Cell, Plot, Report, Series, Table, columns, linear, log, median_time};
+use crate::report::{Plot, Report, Series, Table, columns, linear, log, median_time, row};
 use crate::{Effort, StudyError};
 
 /// Radii of the torus (m).
@@ -277,19 +277,19 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
                 let found = exact.compare(&frame, &camera);
                 let [drawn, least] = standing_out(&tissue, area, &camera, height);
                 let disks: f64 = tissue.surfels().radii.iter().map(|r| PI * r * r).sum();
-                rows.push(vec![
-                    Cell::Word(body.name.to_owned()),
-                    Cell::Word(rule.to_owned()),
-                    Cell::Count(surfels.positions.len()),
-                    Cell::Number(disks / area),
-                    Cell::Count(found.holes),
-                    Cell::Count(found.strays),
-                    Cell::Number(100.0 * found.outline),
-                    Cell::Number(1e3 * found.depth),
-                    Cell::Number(found.normal),
-                    Cell::Number(1e3 * seconds),
-                    Cell::Number(drawn),
-                    Cell::Number(least),
+                rows.push(row![
+                    body.name,
+                    rule,
+                    surfels.positions.len(),
+                    disks / area,
+                    found.holes,
+                    found.strays,
+                    100.0 * found.outline,
+                    1e3 * found.depth,
+                    found.normal,
+                    1e3 * seconds,
+                    drawn,
+                    least
                 ]);
                 if body.name == "ball" {
                     let n = surfels.positions.len() as f64;

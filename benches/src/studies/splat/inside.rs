@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 use phyxel_discretize::{Bounds, Primitive, Solid, sample_surfels, surface_mesh};
 use phyxel_splat::{Tissue, TissueSettings};
 
-use crate::report::{Cell, Table, columns, median_time};
+use crate::report::{Cell, Table, columns, median_time, row};
 use crate::{Effort, StudyError};
 use testkit::cloud::Random;
 
@@ -83,14 +83,14 @@ pub(crate) fn table(effort: Effort) -> Result<Table, StudyError> {
             Cell::Number(100.0 * bad as f64 / chosen.len().max(1) as f64)
         };
         let each = 1e6 / points.len() as f64;
-        rows.push(vec![
-            Cell::Word(name.to_owned()),
-            Cell::Count(samples.positions.len()),
+        rows.push(row![
+            name,
+            samples.positions.len(),
             share(&|_| true),
             share(&|k| near[k]),
             share(&|k| !near[k]),
-            Cell::Number(each * two_time),
-            Cell::Number(each * time),
+            each * two_time,
+            each * time
         ]);
     }
     Ok(Table {

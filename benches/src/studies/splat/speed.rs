@@ -5,7 +5,7 @@ use phyxel_splat::{
     Camera, RenderSettings, Renderer, Splats, Tissue, TissueSettings, TissueTexture, covering_radii,
 };
 
-use crate::report::{Cell, Table, columns, median_time};
+use crate::report::{Cell, Table, columns, median_time, row};
 use crate::{Effort, StudyError};
 
 /// Radius of the ball (m).
@@ -65,12 +65,7 @@ pub(crate) fn table(effort: Effort) -> Result<Table, StudyError> {
         tissue.carry_into(&moved, &gradients, &mut splats);
         let ((), carry) = median_time(times, || tissue.carry_into(&moved, &gradients, &mut splats));
         let colors = texture.colors(tissue.surfels());
-        let mut row = vec![
-            Cell::Count(count as usize),
-            Cell::Number(1e3 * radii),
-            Cell::Number(1e3 * set_up),
-            Cell::Number(1e3 * carry),
-        ];
+        let mut row = row![count as usize, 1e3 * radii, 1e3 * set_up, 1e3 * carry];
         for samples in [1, 2] {
             let mut renderer = Renderer::new(RenderSettings {
                 samples,

@@ -255,12 +255,6 @@ pub(crate) fn middle(values: &[f64]) -> ColorScale {
 }
 
 /// An image of vessels on tissue, as a file would hold it.
-#[allow(
-    clippy::cast_possible_truncation,
-    clippy::cast_precision_loss,
-    clippy::cast_sign_loss,
-    reason = "places and colours of 256 steps"
-)]
 fn vessels() -> Result<Vec<u8>, StudyError> {
     const SIDE: u32 = 256;
     let mut frame = Frame::blank(SIDE, SIDE);
