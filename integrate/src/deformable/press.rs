@@ -3,7 +3,7 @@
 use super::disks::{Placed, REACH};
 use super::drag::{Drag, RigidMotions};
 use super::sums::{DeformableForce, sum_of};
-use super::{DEEPEST, DeformableContact, FACING, FACING_IN_FULL, MOST_LEARNING, Moved, NEAR};
+use super::{DEEPEST, DeformableContact, FACING, FACING_IN_FULL, FADE, MOST_LEARNING, Moved, NEAR};
 use glam::DVec3;
 
 /// How fast an offset is forgotten, over how fast it learns: pressure ends at that of a penalty `1 + 1/LEAK` times as
@@ -54,14 +54,16 @@ pub(super) struct Pair {
     /// `1 − |ξ|²/R²`, and by how much the normals face each other, with its derivative by their cosine.
     pub(super) inside: f64,
     pub(super) facing: [f64; 2],
+    /// By how much it is near enough and not too deep, with its derivative by the gap (1/m).
+    pub(super) close: [f64; 2],
     pub(super) phi: f64,
 }
 
-/// The weight of normals of a cosine, and its derivative: a smooth step.
-fn facing(cosine: f64) -> [f64; 2] {
-    let width = FACING - FACING_IN_FULL;
-    let u = ((FACING - cosine) / width).clamp(0.0, 1.0);
-    [u * u * (3.0 - 2.0 * u), -6.0 * u * (1.0 - u) / width]
+/// A smooth step from 0 at `none` to 1 at `full`, and its derivative.
+fn step(x: f64, none: f64, full: f64) -> [f64; 2] {
+    let width = full - none;
+    let u = ((x - none) / width).clamp(0.0, 1.0);
+    [u * u * (3.0 - 2.0 * u), 6.0 * u * (1.0 - u) / width]
 }
 
 /// Forces conjugate to the tangents of a disk of one that is conjugate to its normal.
@@ -94,19 +96,22 @@ impl DeformableContact {
         for &other in list {
             let slot = self.slots[other as usize];
             let (q, on) = (&placed[slot as usize], &self.disks.samples[other as usize]);
-            let faces = facing(p.n.dot(q.n));
+            let faces = step(p.n.dot(q.n), FACING, FACING_IN_FULL);
             let arm = p.x - q.x;
             let raw = q.n.dot(arm);
             let gap = raw - thickness - self.disks.thickness[other as usize];
             let spacing = at.spacing.min(on.spacing);
-            if gap > near * spacing || gap < -DEEPEST * spacing || faces[0] == 0.0 {
+            let [out, slope_out] = step(gap / spacing, near, near - FADE);
+            let [deep, slope_deep] = step(gap / spacing, -DEEPEST, FADE - DEEPEST);
+            if out == 0.0 || deep == 0.0 || faces[0] == 0.0 {
                 continue;
             }
+            let close = [out * deep, (slope_out * deep + out * slope_deep) / spacing];
             let xi = q.solve([q.t[0].dot(arm), q.t[1].dot(arm)]);
             let reach = self.disks.reach[other as usize];
             let inside = 1.0 - (xi[0] * xi[0] + xi[1] * xi[1]) / (reach * reach);
             if inside > 0.0 {
-                let phi = inside * inside * faces[0];
+                let phi = inside * inside * faces[0] * close[0];
                 let stiffness = self.stiffness(point, other);
                 pairs.push(Pair {
                     slot,
@@ -116,6 +121,7 @@ impl DeformableContact {
                     gap,
                     inside,
                     facing: faces,
+                    close,
                     phi,
                 });
             }
@@ -214,8 +220,10 @@ impl DeformableContact {
             }
             // −∂E/∂ξ: of the weight alone, as gaps do not depend on where the foot is.
             let per_weight = (stored - if norm > LEAST { mean } else { 0.0 }) / norm;
-            let slope = 4.0 * pair.inside * pair.facing[0] / reach(pair).powi(2) * per_weight;
-            let bend = -per_weight * pair.inside.powi(2) * pair.facing[1];
+            let slope = 4.0 * pair.inside * pair.facing[0] * pair.close[0] / reach(pair).powi(2)
+                * per_weight;
+            let bend = -per_weight * pair.inside.powi(2) * pair.facing[1] * pair.close[0];
+            let fade = -per_weight * pair.inside.powi(2) * pair.facing[0] * pair.close[1];
             if bend != 0.0 {
                 let own = &placed[slot as usize];
                 for (slot, disk, n) in [(slot, own, q.n), (pair.slot, q, own.n)] {
@@ -225,7 +233,7 @@ impl DeformableContact {
             }
             let tangential = pair.phi / sum;
             let along = [0, 1].map(|k| slope * pair.xi[k] + tangential * traction.dot(q.t[k]));
-            let normal_force = spring(pair) * share * deep;
+            let normal_force = spring(pair) * share * deep + fade;
             normals += q.n * normal_force;
             if normal_force == 0.0 && along[0] == 0.0 && along[1] == 0.0 {
                 continue;

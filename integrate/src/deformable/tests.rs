@@ -469,12 +469,12 @@ proptest! {
 
     /// Forces are the derivative of the energy, weights of pairs included, also of those that turn away from each other.
     #[test]
-    fn forces_are_those_of_the_energy(seed in 0_u64..1000, tilt in 0.0..0.9) {
+    fn forces_are_those_of_the_energy(seed in 0_u64..1000, tilt in 0.0..0.9, deeper in 0.0..1.0) {
         let (contact, mut x, _) = pressed(0.0, seed);
         let (all, turn) = (x.len(), DQuat::from_axis_angle((x[1] - x[0]).normalize(), tilt));
         let middle = x[all / 2..].iter().sum::<DVec3>() / (all / 2) as f64;
         for x in &mut x[all / 2..] {
-            *x = middle + turn * (*x - middle);
+            *x = middle + turn * (*x - middle) - DVec3::Z * deeper;
         }
         let mut random = Random::new(seed + 2);
         let direction: Vec<DVec3> = x.iter().map(|_| random.vector(1.0)).collect();
