@@ -1,8 +1,9 @@
 //! Lists of pairs that may meet, by a grid of cells.
 
 use super::disks::{DiskSample, Placed, index};
-use super::{CLOSE_MARGIN, DEEPEST, DeformableContact, FACING};
+use super::{CHUNK, CLOSE_MARGIN, DEEPEST, DeformableContact, FACING};
 use glam::DVec3;
+use rayon::prelude::*;
 
 /// Samples of one body that are closer than this at rest (spacings) and do not face each other across a gap are
 /// neighbours in the tissue and never in contact.
@@ -26,7 +27,7 @@ pub(super) fn candidates(
     points: &[DVec3],
     open: &[bool],
     far: f64,
-    meets: impl Fn(u32, u32) -> bool,
+    meets: impl Fn(u32, u32) -> bool + Sync,
 ) -> (Vec<(u32, [u32; 2])>, Vec<u32>) {
     let all = || {
         (0_u32..)
@@ -60,26 +61,30 @@ pub(super) fn candidates(
         members[*at] = point;
         *at += 1;
     }
-    for (point, x) in all() {
-        let begin = lists.len();
+    let (starts, members) = (&starts, &members);
+    let around = |c: usize, n: usize| c.saturating_sub(1)..=(c + 1).min(n - 1);
+    let meet = |(point, x): (u32, &DVec3)| {
         let [i, j, k] = cell(*x);
-        let around = |c: usize, n: usize| c.saturating_sub(1)..=(c + 1).min(n - 1);
+        let mut met = Vec::new();
         for c in around(k, nz) {
             for b in around(j, ny) {
                 for a in around(i, nx) {
                     let cell = number([a, b, c]);
-                    let others = &members[starts[cell]..starts[cell + 1]];
-                    lists.extend(
-                        others
-                            .iter()
-                            .filter(|&&other| other != point && meets(point, other)),
-                    );
+                    let others = members[starts[cell]..starts[cell + 1]].iter().copied();
+                    met.extend(others.filter(|&other| other != point && meets(point, other)));
                 }
             }
         }
-        if lists.len() > begin {
-            lists[begin..].sort_unstable();
-            found.push((point, [index(begin), index(lists.len())]));
+        met.sort_unstable();
+        (point, met)
+    };
+    let open: Vec<_> = all().collect();
+    let met: Vec<_> = open.into_par_iter().with_min_len(CHUNK).map(meet).collect();
+    for (point, met) in met {
+        if !met.is_empty() {
+            let begin = index(lists.len());
+            lists.extend(met);
+            found.push((point, [begin, index(lists.len())]));
         }
     }
     (found, lists)
