@@ -208,6 +208,29 @@ fn energy_and_momenta_of_a_spinning_network_stay() {
     assert!(off < 1e-8 * turning.length(), "{off}");
 }
 
+/// However little is solved, what nothing holds keeps its momentum.
+#[test]
+fn a_free_piece_keeps_its_momentum_at_any_tolerance() {
+    for scheme in [
+        ImplicitScheme::BackwardEuler,
+        ImplicitScheme::EnergyMomentum,
+    ] {
+        let (mut network, mut motion) = spinning(7);
+        motion.set_pieces(&[0; 10]);
+        let momentum = motion.audit().momentum;
+        let newton = NewtonSettings {
+            tolerance: 0.1,
+            ..NewtonSettings::default()
+        };
+        let mut solver = Implicit::new(ImplicitSettings { scheme, newton }).unwrap();
+        for _ in 0..20 {
+            solver.step(&mut motion, 0.1, &mut network).unwrap();
+        }
+        let off = (motion.audit().momentum - momentum).length();
+        assert!(off < 1e-11 * momentum.length(), "{scheme:?}: {off}");
+    }
+}
+
 /// Three masses on springs, dropped by 2 cm on a floor; the most that the audit and a mass' height (m)
 /// were off.
 fn dropped(

@@ -346,6 +346,11 @@ impl Newton {
         }
     }
 
+    /// Forces (N) that the last solve left unbalanced.
+    pub(crate) fn residual(&self) -> &[DVec3] {
+        &self.residual
+    }
+
     fn precondition(&mut self, law: &mut dyn ForceLaw, problem: &Problem<'_>, n: usize) {
         self.blocks.resize(n, DMat3::ZERO);
         let known = law.tangent_blocks_into(&mut self.blocks);
