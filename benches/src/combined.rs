@@ -82,7 +82,7 @@ pub(crate) fn combine(random: &mut Random, half: DVec3, scene: &mut Scene) {
         scene.supports[0].motion = SupportMotion::Driven { path };
     }
     let step = between_log(random, [1e-3, 2e-2]);
-    let tolerance = 1e-4;
+    let tolerance = Scheme::default_tolerance();
     scene.integration.scheme = match random.bits() % 10 {
         0..6 => Scheme::VelocityVerlet,
         6 => Scheme::SymplecticEuler,

@@ -40,8 +40,10 @@ impl Scheme {
         0.01
     }
 
-    const fn default_tolerance() -> f64 {
-        1e-4
+    /// Unbalanced force, relative, at which a step is solved if a scene does not say.
+    #[must_use]
+    pub const fn default_tolerance() -> f64 {
+        1e-6
     }
 
     /// Step (s) of an implicit scheme; `None` for explicit ones, whose step follows the body.
