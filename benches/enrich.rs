@@ -3,7 +3,6 @@
 #![allow(missing_docs, reason = "criterion emits undocumented functions")]
 #![allow(
     clippy::cast_possible_truncation,
-    clippy::cast_precision_loss,
     clippy::unwrap_used,
     reason = "benchmark inputs are small and valid"
 )]

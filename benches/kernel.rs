@@ -4,11 +4,6 @@
 //! Times are the least of all. The bounds, per pair: to read as many bytes as the model holds once, front to back, on one
 //! thread; and to multiply and add at peak.
 #![allow(clippy::print_stdout, reason = "prints a table")]
-#![allow(
-    clippy::needless_range_loop,
-    reason = "lanes are walked in step over several arrays"
-)]
-#![allow(clippy::cast_precision_loss, reason = "sizes of a benchmark are small")]
 
 use std::time::Instant;
 

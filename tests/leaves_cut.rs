@@ -142,7 +142,6 @@ proptest! {
     ) {
         let spacing = 0.01;
         let mut block = Block::new(cells, spacing, jitter, seed, material);
-        #[allow(clippy::cast_precision_loss, reason = "a few cells")]
         let [width, length, height] = cells.map(|n| spacing * n as f64);
         let mut random = Random::new(seed);
         let at: Vec<DVec3> = block.rest.iter().map(|x| {

@@ -5,9 +5,6 @@
 //! many and writes them as CSV. `cargo run --release -p benches -- NAME` runs one study.
 #![allow(
     clippy::cast_possible_truncation,
-    clippy::cast_precision_loss,
-    clippy::cast_sign_loss,
-    clippy::float_cmp,
     clippy::missing_assert_message,
     clippy::unwrap_used,
     reason = "counts of studies are small, and a proof fails by panicking where it cannot be made"

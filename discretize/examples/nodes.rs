@@ -3,8 +3,6 @@
 //! `cargo run --release -p phyxel-discretize --example nodes -- FILE.png`
 #![allow(
     clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    clippy::cast_precision_loss,
     clippy::cast_possible_wrap,
     reason = "pixels"
 )]

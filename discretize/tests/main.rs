@@ -1,9 +1,5 @@
 //! Everything that the crate promises, in one binary: files, repairs, samplings, errors.
-#![allow(
-    clippy::missing_assert_message,
-    clippy::unwrap_used,
-    reason = "a failing test names its line"
-)]
+#![allow(clippy::unwrap_used, reason = "a failing test names its line")]
 
 mod common;
 mod errors;

@@ -218,7 +218,6 @@ fn surfels_cover_the_surface_evenly() {
     let sum: f64 = surfels.areas.iter().sum();
     assert_relative("area", sum, mesh.area(), 0.0, 1e-10);
     assert!(surfels.areas.iter().all(|a| *a > 0.0));
-    #[allow(clippy::cast_precision_loss, reason = "a count")]
     let packed = (mesh.area() / n as f64 * 2.0 / 3.0_f64.sqrt()).sqrt();
     for (i, p) in surfels.positions.iter().enumerate() {
         assert_below("off", Primitive::Liver.value(*p).abs(), 1e-12);

@@ -204,7 +204,6 @@ impl Blade {
             let moved = around
                 .iter()
                 .map(|&node| positions[node as usize] - self.then[node as usize]);
-            #[allow(clippy::cast_precision_loss, reason = "a node has few neighbours")]
             let count = around.len().max(1) as f64;
             *last += moved.sum::<DVec3>() / count;
         }

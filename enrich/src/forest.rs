@@ -186,7 +186,6 @@ impl Tree {
 fn morton(p: DVec3) -> u64 {
     #[allow(
         clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
         reason = "the cast saturates, and only the order matters"
     )]
     let cells = p.to_array().map(|c| (c * 1_048_575.0) as u64);

@@ -241,7 +241,6 @@ impl InfluenceRadius {
             .iter()
             .map(|&j| x.distance(graph.positions[j as usize]))
             .sum();
-        #[allow(clippy::cast_precision_loss, reason = "a row is short")]
         let count = row.len().max(1) as f64;
         scale * total / count
     }

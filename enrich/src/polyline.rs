@@ -5,11 +5,7 @@ use glam::DVec3;
 use crate::bounds::Bounds;
 
 /// Number of pieces of a length that is `ratio` of them.
-#[allow(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "clamped to what fits"
-)]
+#[allow(clippy::cast_possible_truncation, reason = "clamped to what fits")]
 pub(crate) fn pieces(ratio: f64) -> u32 {
     // So that a length of a whole number of pieces is not one more, whatever the last bit says.
     let rounding = 1.0 - 1e-9;
@@ -70,7 +66,6 @@ pub fn resampled(line: &[DVec3], count: usize) -> Vec<DVec3> {
         };
         points.push(line[segment].lerp(line[segment + 1], share));
         if k + 1 < count {
-            #[allow(clippy::cast_precision_loss, reason = "a blade has few samples")]
             let next = (k + 1) as f64 / (count - 1) as f64;
             reached = total * next;
         }

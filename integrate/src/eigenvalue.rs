@@ -340,7 +340,6 @@ fn start_vector(first: usize, n: usize) -> Vec<DVec3> {
         state = state
             .wrapping_mul(0x5851_f42d_4c95_7f2d)
             .wrapping_add(0x1405_7b7e_f767_814f);
-        #[allow(clippy::cast_precision_loss, reason = "53 bits fit an f64 exactly")]
         let unit = (state >> 11) as f64 / (1_u64 << 53) as f64;
         unit - 0.5
     };
@@ -352,7 +351,6 @@ fn start_vector(first: usize, n: usize) -> Vec<DVec3> {
 /// from their mean, times a pseudo-random number in [-0.5, 0.5) from the index alone.
 #[must_use]
 pub fn radial_start(positions: &[DVec3]) -> Vec<DVec3> {
-    #[allow(clippy::cast_precision_loss, reason = "a mean")]
     let middle = positions.iter().sum::<DVec3>() / positions.len().max(1) as f64;
     let factors = start_vector(0, positions.len());
     let ways = positions.iter().zip(factors);

@@ -21,7 +21,6 @@ enum Passes<'a> {
 /// The fewest equal steps of a span (s), none above `largest` (s); none if the span is not positive.
 #[allow(
     clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
     reason = "checked to be a whole number between 0 and 2^53"
 )]
 fn step_count(span: f64, largest: f64) -> Result<u64, StepError> {
@@ -114,7 +113,6 @@ impl Motion {
         self.equal_steps(end, largest, &mut forces, Some(applied))
     }
 
-    #[allow(clippy::cast_precision_loss, reason = "fewer than 2^53 steps")]
     fn equal_steps(
         &mut self,
         end: f64,

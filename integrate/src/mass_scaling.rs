@@ -227,7 +227,6 @@ mod tests {
         let mut masses = chain.masses.clone();
         let supports = BoundaryConditions::free(n);
         let product = |v: &[DVec3], out: &mut [DVec3]| chain.product(v, out);
-        #[allow(clippy::cast_precision_loss, reason = "small")]
         let places: Vec<DVec3> = (0..n).map(|i| DVec3::X * i as f64).collect();
         let cloud = (&places[..], &[][..]);
         let mass_scaling = scale_masses(

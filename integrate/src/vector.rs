@@ -1,8 +1,4 @@
 //! Sums and updates of nodal vectors, bitwise identical at any number of threads.
-#![allow(
-    clippy::needless_range_loop,
-    reason = "lanes are walked in step over several arrays"
-)]
 
 use bytemuck::{cast_slice, cast_slice_mut};
 use glam::DVec3;

@@ -105,7 +105,6 @@ pub struct NodalMasses {
 ///
 /// A node that no neighbour and no support of its own reaches (radius 0) gets mass and volume 0.
 ///
-#[allow(clippy::cast_precision_loss, reason = "node counts are far below 2^53")]
 fn dissertation_masses(
     positions: &[DVec3],
     neighborhoods: &Neighborhoods,

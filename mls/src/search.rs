@@ -290,7 +290,6 @@ pub struct KNearest {
 /// # Errors
 /// [`CloudError`] for points that are not finite, too many points, `nearest` or `limit` 0, or a
 /// scale that is not positive.
-#[allow(clippy::cast_precision_loss, reason = "row lengths are small")]
 pub fn k_nearest(points: &[DVec3], settings: &NearestSettings) -> Result<KNearest, CloudError> {
     if settings.nearest == 0 || settings.limit == Some(0) {
         return Err(CloudError::NoNeighbors);

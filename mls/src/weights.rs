@@ -79,7 +79,6 @@ fn finite_or_zero(weight: f64) -> f64 {
 /// # Panics
 /// If `positions` is not `n` long.
 #[must_use]
-#[allow(clippy::cast_precision_loss, reason = "row lengths are small")]
 pub fn mean_neighbor_distance(positions: &[DVec3], neighborhoods: &Neighborhoods) -> Vec<f64> {
     assert_eq!(
         positions.len(),

@@ -428,7 +428,6 @@ fn mean_edge(rest: &[DVec3], neighborhoods: &Neighborhoods) -> f64 {
             sum += x.distance(rest[other as usize]);
         }
     }
-    #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
     let count = neighborhoods.pair_count().max(1) as f64;
     sum / count
 }

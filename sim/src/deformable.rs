@@ -309,7 +309,6 @@ fn tissue_of(member: &Member) -> Result<Tissue, BodyProblem> {
     let density = DENSITY / (body.spacing * body.spacing);
     #[allow(
         clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
         reason = "a positive number, and as many samples as there is memory for"
     )]
     let count = (density * surface.area()).round().max(1.0) as usize;

@@ -302,11 +302,7 @@ impl World {
                 }
             }
         }
-        #[allow(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "from 1 to MOST_PARTS"
-        )]
+        #[allow(clippy::cast_possible_truncation, reason = "from 1 to MOST_PARTS")]
         let most = most as u32;
         most
     }

@@ -220,7 +220,6 @@ fn mean_dilatation_agrees_where_nothing_locks() {
             .filter(|(rest, _)| middle(rest))
             .map(|(rest, now)| rest.z - now.z)
             .collect();
-        #[allow(clippy::cast_precision_loss, reason = "a handful")]
         let count = sunk.len() as f64;
         sunk.iter().sum::<f64>() / count
     };

@@ -118,7 +118,6 @@ impl Block {
             indices[start..].sort_unstable();
             offsets.push(id(indices.len()));
         }
-        #[allow(clippy::cast_precision_loss, reason = "counts of tests are small")]
         let positions: Vec<DVec3> = cells
             .iter()
             .map(|at| DVec3::new(at[0] as f64, at[1] as f64, at[2] as f64) * spacing)

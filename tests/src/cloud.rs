@@ -23,7 +23,6 @@ impl Random {
     }
 
     /// Uniform in `[0, 1)`.
-    #[allow(clippy::cast_precision_loss, reason = "53 bits fit an f64 exactly")]
     pub fn unit(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
     }
@@ -69,7 +68,6 @@ pub fn lattice_rows(n: [usize; 3]) -> (Vec<u32>, Vec<u32>) {
 /// Lattice of `nx × ny × nz` points, `spacing` apart, from the origin, each moved by up to
 /// `jitter · spacing` per axis.
 #[must_use]
-#[allow(clippy::cast_precision_loss, reason = "counts of tests are small")]
 pub fn lattice(n: [usize; 3], spacing: f64, jitter: f64, seed: u64) -> Vec<DVec3> {
     let mut random = Random::new(seed);
     let mut points = Vec::with_capacity(n[0] * n[1] * n[2]);
@@ -114,7 +112,6 @@ pub const BOX_FACES: [[u32; 4]; 6] = [
 
 /// Random nodes that fill the unit cube around the origin, `n` along an edge.
 #[must_use]
-#[allow(clippy::cast_precision_loss, reason = "counts of tests are small")]
 pub fn filled_cube(n: usize, seed: u64) -> Vec<DVec3> {
     let points = lattice([n; 3], 1.0 / (n - 1) as f64, 0.2, seed);
     points.into_iter().map(|p| p - 0.5).collect()

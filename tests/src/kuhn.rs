@@ -90,7 +90,6 @@ pub fn mapped(block: &Block, map: impl Fn(DVec3) -> DVec3) -> Block {
 
 /// The jittered block `[0, 1]³` with coordinates pushed towards the origin, cells 3 times smaller there.
 #[must_use]
-#[allow(clippy::cast_precision_loss, reason = "cells are few")]
 pub fn graded(cells: usize, seed: u64) -> Block {
     let plain = kuhn_block([cells; 3], (cells as f64).recip(), 0.2, seed);
     let push = |s: f64| 0.35 * s + 0.65 * s * s * s;
@@ -99,7 +98,6 @@ pub fn graded(cells: usize, seed: u64) -> Block {
 
 /// A jittered block bent into a flattened bean: an organ's proportions, no flat face.
 #[must_use]
-#[allow(clippy::cast_precision_loss, reason = "cells are few")]
 pub fn organ(cells: [usize; 3], seed: u64) -> Block {
     let plain = kuhn_block(cells, 1.0, 0.2, seed);
     let size = DVec3::from_array(cells.map(|c| c as f64));
@@ -118,7 +116,6 @@ pub fn organ(cells: [usize; 3], seed: u64) -> Block {
 }
 
 /// Lattice of `cells + 1` nodes per axis, `jitter` in cell sizes, faces kept flat.
-#[allow(clippy::cast_precision_loss, reason = "counts of tests are small")]
 fn jittered_lattice(cells: [usize; 3], size: DVec3, jitter: f64, seed: u64) -> Vec<DVec3> {
     let mut random = Random::new(seed);
     let step = DVec3::new(

@@ -42,7 +42,6 @@ pub fn assert_below(what: &str, value: f64, allowed: f64) {
 
 /// Round-off allowance `c · ε · n · scale` for a sum of `n` terms of size `scale`.
 #[must_use]
-#[allow(clippy::cast_precision_loss, reason = "counts of tests are small")]
 pub fn round_off(c: f64, n: usize, scale: f64) -> f64 {
     c * f64::EPSILON * n.max(1) as f64 * scale
 }

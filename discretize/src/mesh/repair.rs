@@ -360,7 +360,6 @@ fn close_holes(mesh: &mut Mesh, share: f64, diagonal: f64) -> Result<(usize, f64
             continue;
         }
         let middle: DVec3 = ring.iter().map(|v| mesh.vertices[*v as usize]).sum();
-        #[allow(clippy::cast_precision_loss, reason = "a count")]
         let middle = middle / ring.len() as f64;
         let center = index(mesh.vertices.len());
         mesh.vertices.push(middle);

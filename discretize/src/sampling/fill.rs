@@ -173,12 +173,7 @@ impl<'a> Filler<'a> {
     /// Model: `n = r (2 V / a^3 + s A / a^2)`, solved for a; r from the last round, then bisection
     /// between the nearest samplings above and below. No round takes cells much smaller than the model
     /// with r = 1 asks for, so that the work is bounded by the number of nodes and the box.
-    #[allow(
-        clippy::cast_precision_loss,
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "counts"
-    )]
+    #[allow(clippy::cast_possible_truncation, reason = "counts")]
     fn search_once(&self, wanted: usize) -> Result<(Stuffed, f64), SampleError> {
         if wanted < LEAST_NODES {
             return Err(SampleError::TooFewNodes {
@@ -315,7 +310,6 @@ impl<'a> Filler<'a> {
     ///
     /// A fitted lattice of `a b c` cells has `(a+1)(b+1)(c+1)` corners, `a b c` centres and
     /// `2 (a b + b c + c a)` nodes in the middles of the outer squares.
-    #[allow(clippy::cast_precision_loss, reason = "counts")]
     fn fill_box(&self, wanted: usize, body: &Slimness<'_>) -> Result<(Stuffed, f64), SampleError> {
         let size = self.oracle.solid.bounds().size();
         let target = wanted as f64;
@@ -348,11 +342,7 @@ impl<'a> Filler<'a> {
         let n = best.2;
         // Few cells jump in count from layer to layer, as in other bodies.
         if best.0 > last_jumps(target) * self.settings.count_tolerance {
-            #[allow(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "a small count"
-            )]
+            #[allow(clippy::cast_possible_truncation, reason = "a small count")]
             let reached = nodes(n) as usize;
             if nodes(n) > target && n.min_element() <= 1.0 {
                 return Err(body.vanished(scale));
@@ -387,8 +377,6 @@ fn edge_ratio(stuffed: &Stuffed) -> f64 {
 /// The lattice of `cell` that contains a box with a rim of one cell, with planes at `start`.
 #[allow(
     clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    clippy::cast_precision_loss,
     reason = "limited by `largest` before"
 )]
 fn lattice_from(

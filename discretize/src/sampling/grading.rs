@@ -137,7 +137,6 @@ impl Grading {
 /// Base-two logarithm of a ratio from 1 to 32 with a little slack.
 #[allow(
     clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
     reason = "0 to 5 by the check before"
 )]
 fn levels(ratio: f64, round: fn(f64) -> f64) -> u32 {

@@ -119,10 +119,6 @@ impl Background for Lattice {
         self.corner_count() + self.cell_count()
     }
 
-    #[allow(
-        clippy::cast_precision_loss,
-        reason = "lattice coordinates are far below 2^52"
-    )]
     fn position(&self, id: u32) -> DVec3 {
         let id = id as usize;
         let corners = self.corner_count();
@@ -258,8 +254,6 @@ fn signs_mesh(mesh: &Mesh, hierarchy: &Hierarchy, lattice: &Lattice) -> Vec<i8> 
 /// cell's diagonal, with some slack.
 #[allow(
     clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    clippy::cast_precision_loss,
     reason = "cell coordinates, clamped to the lattice"
 )]
 fn cells_near(mesh: &Mesh, lattice: &Lattice) -> Vec<bool> {

@@ -80,7 +80,6 @@ pub(crate) fn count_pieces(nodes: usize, tetrahedra: &[[u32; 4]]) -> usize {
 }
 
 /// Fraction of the input's vertices farther than `spacing` from the sampled surface.
-#[allow(clippy::cast_precision_loss, reason = "counts")]
 pub(crate) fn missed_share(input: &Mesh, sampled: &Mesh, spacing: f64) -> f64 {
     let hierarchy = Hierarchy::new(sampled);
     let far = input

@@ -13,7 +13,6 @@ pub(crate) struct Measures {
 
 /// Counts the points of a grid, so many along each axis of the body's box, that lie inside, and the faces between them that the
 /// surface passes: area over faces is 2/3 in the mean over all directions.
-#[allow(clippy::cast_precision_loss, reason = "counts")]
 pub(crate) fn measures_by_grid(
     bounds: Bounds,
     grid: usize,

@@ -126,11 +126,7 @@ fn both_ways(old_of_new: Vec<u32>) -> NodeOrder {
     }
 }
 
-#[allow(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "scaled to 0..2^20 before"
-)]
+#[allow(clippy::cast_possible_truncation, reason = "scaled to 0..2^20 before")]
 fn cell(x: f64) -> u32 {
     x as u32
 }

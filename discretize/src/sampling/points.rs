@@ -256,11 +256,7 @@ fn surface_nodes(
     settings: &SampleSettings,
 ) -> Vec<DVec3> {
     let finest = cell * settings.grading.smallest_factor();
-    #[allow(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "a count"
-    )]
+    #[allow(clippy::cast_possible_truncation, reason = "a count")]
     let count = (surface.area() / (finest * finest)).ceil() as usize;
     let exact = solid.mesh().is_none().then_some(solid);
     let points = sample_surfels(surface, count, exact).positions;
@@ -290,7 +286,6 @@ fn model_inside(a: f64, volume: f64, _: f64) -> f64 {
 }
 
 /// Finds the cell that gives a number of nodes.
-#[allow(clippy::cast_precision_loss, reason = "counts")]
 fn search(
     solid: &Solid,
     wanted: usize,
@@ -409,7 +404,6 @@ fn finish(solid: &Solid, places: Places) -> Result<PointSampling, SampleError> {
             .ok_or(vanished)?;
     let order = space_filling_order(&places.positions);
     let n = places.positions.len();
-    #[allow(clippy::cast_precision_loss, reason = "a count")]
     let mean = volume / n as f64;
     let on_surface: Vec<bool> = (0..n).map(|v| v >= places.inside).collect();
     Ok(PointSampling {
@@ -433,7 +427,6 @@ fn finish(solid: &Solid, places: Places) -> Result<PointSampling, SampleError> {
 
 /// Volume of the body nearest to each node: whole cells away from the surface, samples of the cells
 /// at it. A node that no sample is nearest to gets one.
-#[allow(clippy::cast_precision_loss, reason = "a few samples")]
 fn cell_volumes(solid: &Solid, places: &Places, tree: &Near) -> Vec<f64> {
     let n = SAMPLES * SAMPLES * SAMPLES;
     let shares: Vec<Vec<(u32, f64)>> = places

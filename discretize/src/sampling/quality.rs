@@ -68,7 +68,6 @@ pub fn tetrahedra_quality(positions: &[DVec3], tetrahedra: &[[u32; 4]]) -> Tetra
         quality.smallest_height = quality.smallest_height.min(smallest_height(corners));
     }
     let used = nodal.iter().filter(|(_, stiffness)| *stiffness != 0.0);
-    #[allow(clippy::cast_precision_loss, reason = "a count")]
     let mean = nodal.iter().map(|(v, _)| v).sum::<f64>() / used.clone().count() as f64;
     for (volume, stiffness) in used {
         let step = (volume / stiffness).max(0.0).sqrt();
@@ -85,7 +84,6 @@ pub fn tetrahedra_quality(positions: &[DVec3], tetrahedra: &[[u32; 4]]) -> Tetra
             sum += length;
         }
     }
-    #[allow(clippy::cast_precision_loss, reason = "a count")]
     {
         quality.mean_edge = sum / indices.len() as f64;
     }

@@ -50,7 +50,6 @@ type Model = fn(f64, f64, f64) -> f64;
 impl<'a> Slimness<'a> {
     /// The body with its lattice limited by `largest` cells, and by so many for each node wanted: where
     /// more of them are empty, it is a spike or a stray vertex that makes the box.
-    #[allow(clippy::cast_precision_loss, reason = "counts")]
     pub(crate) fn new(
         solid: &'a Solid,
         Measures { volume, area }: Measures,
@@ -96,7 +95,6 @@ impl<'a> Slimness<'a> {
     }
 
     /// Refuses a number of nodes whose lattice is larger than the limit.
-    #[allow(clippy::cast_precision_loss, reason = "counts")]
     pub(crate) fn check_count(&self, wanted: usize) -> Result<(), SampleError> {
         let cell = self.cell_of(wanted as f64);
         let cells = self.cells(cell);
@@ -133,7 +131,6 @@ impl<'a> Slimness<'a> {
         let thickness = self.thickness();
         let middle = bounds.center();
         let far = self.solid.mesh().map_or(bounds.max, |mesh| {
-            #[allow(clippy::cast_precision_loss, reason = "a count")]
             let mean = mesh.vertices.iter().sum::<DVec3>() / mesh.vertices.len() as f64;
             let from = |p: &DVec3| p.distance_squared(mean);
             let far = mesh

@@ -88,12 +88,7 @@ fn summed(shares: &mut Vec<(u32, DVec3)>) {
 }
 
 /// A triangle in equal pieces with edges up to `longest`: middles and area vectors.
-#[allow(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    clippy::cast_precision_loss,
-    reason = "at most 64"
-)]
+#[allow(clippy::cast_possible_truncation, reason = "at most 64")]
 fn pieces([a, b, c]: [DVec3; 3], longest: f64) -> Vec<(DVec3, DVec3)> {
     let edge = a.distance(b).max(b.distance(c)).max(c.distance(a));
     let n = (edge / longest).ceil().clamp(1.0, MOST_PIECES) as usize;

@@ -31,7 +31,6 @@ const FIRST_RADIUS: f64 = 0.82;
 /// # Panics
 /// If a triangle names a vertex out of range.
 #[must_use]
-#[allow(clippy::cast_precision_loss, reason = "counts")]
 pub fn sample_surfels(mesh: &Mesh, count: usize, exact: Option<&Solid>) -> SurfaceSamples {
     let area = mesh.area();
     if count == 0 || area <= 0.0 || area.is_nan() {
@@ -106,7 +105,6 @@ struct Candidate {
 
 /// Points spread over the triangles by area: the k-th takes the area quantile `(k + 1/2)/n`, its
 /// position in the triangle from the R2 sequence (Roberts 2018); then shuffled by a fixed stride.
-#[allow(clippy::cast_precision_loss, reason = "counts")]
 fn draw(mesh: &Mesh, area: f64, n: usize) -> Vec<Candidate> {
     const R2: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_3];
     let mut out = Vec::with_capacity(n);

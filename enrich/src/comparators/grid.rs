@@ -127,8 +127,6 @@ impl EnrichmentGrid {
 
     #[allow(
         clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        clippy::cast_precision_loss,
         reason = "the number of lattice points is limited before the cast"
     )]
     fn build(
@@ -238,10 +236,6 @@ impl EnrichmentGrid {
 
     /// Position of a lattice point (m).
     #[must_use]
-    #[allow(
-        clippy::cast_precision_loss,
-        reason = "lattice counts are far below 2^53"
-    )]
     pub fn lattice_point(&self, k: usize) -> DVec3 {
         let (x, rest) = (k % self.size[0], k / self.size[0]);
         let (y, z) = (rest % self.size[1], rest / self.size[1]);
@@ -265,8 +259,6 @@ impl EnrichmentGrid {
 
     #[allow(
         clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        clippy::cast_precision_loss,
         reason = "checked to lie in the lattice before the cast"
     )]
     fn index_of(&self, point: DVec3) -> Option<usize> {

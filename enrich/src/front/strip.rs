@@ -194,10 +194,6 @@ impl Front {
 
     /// The vertex beyond the last sample of a run: through the surface, or through a sheet, that the
     /// blade's edge passes between this sample and the next.
-    #[allow(
-        clippy::too_many_arguments,
-        reason = "one place of use; a struct would say no more"
-    )]
     fn end(
         &self,
         k: usize,

@@ -106,7 +106,6 @@ impl CoarseSpace {
 }
 
 /// The finest grid, with the nodes in it.
-#[allow(clippy::cast_precision_loss, reason = "node counts are far below 2^53")]
 fn finest(operator: &Operator<'_>, takes_part: &[bool]) -> Option<Placement> {
     let positions = operator.positions;
     let low = positions.iter().copied().reduce(DVec3::min)?;
@@ -127,7 +126,6 @@ fn finest(operator: &Operator<'_>, takes_part: &[bool]) -> Option<Placement> {
 }
 
 /// Mean distance between neighbours.
-#[allow(clippy::cast_precision_loss, reason = "pair counts are far below 2^53")]
 fn mean_spacing(operator: &Operator<'_>) -> Option<f64> {
     let mut sum = 0.0;
     for (node, &at) in operator.positions.iter().enumerate() {

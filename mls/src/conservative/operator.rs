@@ -5,11 +5,6 @@
 //! `y_j = Σ_i D_ij e_ij − Σ_k D_jk e_jk`; the third term of `Eᵀ` vanishes because
 //! `Σ_j w_ij e_ij X_ijᵀ = 0`. The null space holds the affine fields of every connected piece.
 
-#![allow(
-    clippy::needless_range_loop,
-    reason = "lanes and axes are walked in step over several arrays"
-)]
-
 use std::hint::black_box;
 
 use glam::{DMat3, DVec3};

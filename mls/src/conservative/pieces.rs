@@ -36,7 +36,6 @@ pub(super) fn pieces(neighborhoods: &Neighborhoods, weights: &[f64]) -> Vec<Vec<
 }
 
 /// Centroid of a piece and its inertia `Σ (X − c)(X − c)ᵀ` about it; the reciprocal of its node count first.
-#[allow(clippy::cast_precision_loss, reason = "node counts are far below 2^53")]
 pub(super) fn centred(positions: &[DVec3], piece: &[u32]) -> (f64, DVec3, SymmetricEigen) {
     let inverse_count = (piece.len() as f64).recip();
     let at = |node: u32| positions[node as usize];

@@ -83,7 +83,6 @@ pub(crate) const fn single(value: f64) -> f32 {
 /// Bits of the nearest half-precision number, ties to even; what is too large becomes infinite.
 pub(crate) fn half(value: f32) -> u16 {
     let bits = value.to_bits();
-    #[allow(clippy::cast_possible_truncation, reason = "the upper half")]
     let sign = (bits >> 16) as u16 & 0x8000;
     let size = bits & 0x7fff_ffff;
     if size > 0x7f80_0000 {
@@ -96,11 +95,7 @@ pub(crate) fn half(value: f32) -> u16 {
     // Below the smallest normal half, 2^-14, steps are 2^-24 wide.
     let rounded = if size < 0x3880_0000 {
         let steps = f32::from_bits(size) * 16_777_216.0;
-        #[allow(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "between 0 and 1024"
-        )]
+        #[allow(clippy::cast_possible_truncation, reason = "between 0 and 1024")]
         let steps = steps.round_ties_even() as u32;
         steps
     } else {

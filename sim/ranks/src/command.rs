@@ -49,7 +49,6 @@ pub(crate) const LENGTH: usize = 6;
 
 impl Command {
     /// As numbers.
-    #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
     pub(crate) fn encode(self) -> [f64; LENGTH] {
         let of = |code: f64, pass: Option<Pass>| {
             pass.map_or([code, 0.0, 0.0, 0.0, 0.0, 0.0], |pass| {
@@ -92,10 +91,6 @@ impl Command {
             first: [a, b],
             second: [c, d],
         };
-        #[allow(
-            clippy::cast_possible_truncation,
-            reason = "codes are small whole numbers"
-        )]
         match code as i64 {
             1 => Self::Model,
             2 => Self::State,

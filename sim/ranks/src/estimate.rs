@@ -140,11 +140,6 @@ pub(crate) fn stiffest_of(told: &[f64], count: usize) -> Vec<StiffNode> {
 }
 
 /// A count that travelled as a number.
-#[allow(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "it was a count"
-)]
 pub(crate) fn whole(number: f64) -> usize {
     number as usize
 }

@@ -45,7 +45,6 @@ pub(crate) struct Counted {
 impl Counted {
     pub(crate) const LENGTH: usize = 9;
 
-    #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
     pub(crate) fn of(share: Option<&Share>, memory: &Memory, wire: &Wire) -> Self {
         Self {
             own: share.map_or(0.0, |share| share.package.count as f64),

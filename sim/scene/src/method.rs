@@ -36,10 +36,6 @@ impl Method {
         1.5
     }
 
-    #[allow(
-        clippy::unnecessary_wraps,
-        reason = "serde asks for a value of the field's type"
-    )]
     const fn default_neighbor_limit() -> Option<u32> {
         Some(16)
     }

@@ -72,10 +72,6 @@ impl Scene {
         "scene".to_owned()
     }
 
-    #[allow(
-        clippy::unnecessary_wraps,
-        reason = "serde asks for a value of the field's type"
-    )]
     fn default_gravity() -> Option<Gravity> {
         Some(Gravity::default())
     }

@@ -1,12 +1,5 @@
 //! Pictures of fields over a square, and of triangles and lines in space.
 
-#![allow(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    clippy::cast_precision_loss,
-    reason = "colours and pixel numbers are clamped"
-)]
-
 use glam::{DVec2, DVec3};
 use phyxel_splat::Frame;
 

@@ -38,7 +38,6 @@ impl Scalar {
 
     /// The value of the first [`Scalar::size`] bytes; `None` if there are fewer.
     #[allow(
-        clippy::cast_precision_loss,
         clippy::cast_possible_truncation,
         clippy::cast_possible_wrap,
         reason = "bits read as the type that the file names"

@@ -303,7 +303,6 @@ impl Reader<'_> {
         let mut at = 0;
         #[allow(
             clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
             reason = "a size; beyond 2^53 more than any file holds"
         )]
         let mut header = || -> Result<usize, Failure> {

@@ -28,7 +28,6 @@ impl Grid {
     /// Grid over the box from `low` to `high`.
     #[allow(
         clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
         reason = "callers bound the number of cells first"
     )]
     pub(super) fn new(low: DVec3, high: DVec3, cell: f64) -> Self {
@@ -89,7 +88,6 @@ impl Grid {
     /// Cell of a point and where in the cell it lies.
     #[allow(
         clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
         reason = "cell indices lie between 0 and the number of cells"
     )]
     pub(super) fn locate(&self, x: DVec3) -> ([usize; 3], [f64; 3]) {

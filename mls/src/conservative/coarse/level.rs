@@ -1,10 +1,5 @@
 //! One grid of the cycle: its matrix as stencils, smoothing, and the transfer to the next grid.
 
-#![allow(
-    clippy::needless_range_loop,
-    reason = "lanes and axes are walked in step over several arrays"
-)]
-
 use pulp::{Arch, Simd, WithSimd};
 
 use super::grid::{Grid, Lanes, add};

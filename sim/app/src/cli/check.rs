@@ -142,7 +142,6 @@ fn costs(scene: &Scene) -> Result<Costs, RunError> {
     let of_steps = parts.iter().filter(|part| part.name != "cuts");
     let a_step: f64 = 1e-3 * of_steps.filter_map(|part| part.milliseconds).sum::<f64>();
     let cut = world.phases().of(Phase::Cut);
-    #[allow(clippy::cast_precision_loss, reason = "counts of captures")]
     let cutting = match cut.calls {
         0 => STEPS_OF_A_CAPTURE * a_step * captures as f64,
         calls => cut.seconds / calls as f64 * captures as f64,
@@ -303,7 +302,6 @@ fn print(out: &mut impl Write, costs: &Costs) -> io::Result<()> {
 }
 
 fn print_parts(out: &mut impl Write, parts: &[PartCosts]) -> io::Result<()> {
-    #[allow(clippy::cast_precision_loss, reason = "memory is far below 2^53 bytes")]
     let mebibytes = |bytes: usize| bytes as f64 / f64::from(1 << 20);
     let memory: f64 = parts.iter().map(|part| mebibytes(part.bytes)).sum();
     let time: f64 = parts.iter().filter_map(|part| part.milliseconds).sum();

@@ -45,7 +45,6 @@ impl Progress {
         let parts = fraction.clamp(0.0, 1.0) * 10_000.0;
         #[allow(
             clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
             reason = "clamped to 0..=10000 just above"
         )]
         self.bar.set_position(parts as u64);

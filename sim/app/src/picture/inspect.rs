@@ -152,7 +152,6 @@ pub(super) fn drawn_lattices<F: Fn(usize) -> (DVec3, f64)>(
                     let share = 0.5 * (value + 1.0) * f64::from(SHADES - 1);
                     #[allow(
                         clippy::cast_possible_truncation,
-                        clippy::cast_sign_loss,
                         reason = "from 0 to SHADES - 1; NaN gives 0"
                     )]
                     shades[share.round() as usize].point(at, 0.5 * MARK * spacing);

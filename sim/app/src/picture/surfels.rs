@@ -53,7 +53,6 @@ pub(super) fn spread(
         SurfelSpacing::Even => count,
         SurfelSpacing::Curvature { .. } => CHOICE * count,
     };
-    #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
     ask_memory(SURFEL * count as f64 + SAMPLE * even as f64)?;
     Ok(surfels_on_solid(&body.solid, &surface, count, spacing))
 }
@@ -89,7 +88,6 @@ pub(super) fn scanned(
     for normal in &mut surfels.normals {
         *normal = placed.turn * *normal;
     }
-    #[allow(clippy::cast_precision_loss, reason = "a number of points")]
     let count = surfels.positions.len() as f64;
     let apart = surfels.positions.iter();
     let apart: f64 = apart.map(|&x| body.solid.signed_distance(x).abs()).sum();
@@ -114,7 +112,6 @@ pub(super) fn scanned(
 /// A count from a number that is not negative.
 #[allow(
     clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
     reason = "clamped to the range of u32"
 )]
 fn rounded(value: f64) -> usize {

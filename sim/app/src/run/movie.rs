@@ -150,12 +150,7 @@ fn animate(
     rate: f64,
     stride: usize,
 ) -> Result<(), ImageError> {
-    #[allow(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        clippy::cast_precision_loss,
-        reason = "clamped to 1..=60"
-    )]
+    #[allow(clippy::cast_possible_truncation, reason = "clamped to 1..=60")]
     let speed = (rate / stride as f64).round().clamp(1.0, 60.0) as u16;
     let count = u32::try_from(frames.len()).unwrap_or(u32::MAX);
     let mut animation = Animation::new(out, frames[0].width, frames[0].height, count, speed)?;

@@ -306,7 +306,6 @@ impl Latency {
 impl Timings {
     /// Puts the figures of a run together.
     #[must_use]
-    #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
     pub fn new(
         phases: &Phases,
         wall: f64,

@@ -22,7 +22,6 @@ impl Sequence {
     }
 
     /// The next number, at least 0 and below 1.
-    #[allow(clippy::cast_precision_loss, reason = "53 bits fit")]
     pub(super) fn unit(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
     }
@@ -66,7 +65,6 @@ pub(super) fn cases(plan: &Plan) -> Vec<Vec<String>> {
             for key in &plan.keys {
                 let order = sequence.order(count);
                 for (row, part) in rows.iter_mut().zip(order) {
-                    #[allow(clippy::cast_precision_loss, reason = "at most 1e5 cases")]
                     let share = (part as f64 + sequence.unit()) / count as f64;
                     row.push(drawn(key, share, part, count));
                 }

@@ -19,12 +19,7 @@ pub(super) const SHARES: [f64; 7] = [0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0];
 /// Mean, deviation and quantiles of finite values; `None` of none.
 ///
 /// Quantiles lie linearly between neighbours in order: definition 7 of Hyndman 1996.
-#[allow(
-    clippy::cast_precision_loss,
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "counts are far below 2^53"
-)]
+#[allow(clippy::cast_possible_truncation, reason = "counts are far below 2^53")]
 pub(super) fn quantiles(values: &[f64]) -> Option<Quantiles> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -45,7 +40,6 @@ pub(super) fn quantiles(values: &[f64]) -> Option<Quantiles> {
     })
 }
 
-#[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
 fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }

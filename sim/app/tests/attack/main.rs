@@ -15,12 +15,9 @@
 //! attack of hours continues while the program is fixed).
 #![cfg(target_os = "linux")]
 #![allow(
-    clippy::missing_assert_message,
     clippy::unwrap_used,
     clippy::print_stdout,
-    clippy::cast_precision_loss,
     clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
     reason = "a failing test names its line; random numbers are small; an attack tells its table"
 )]
 

@@ -1,6 +1,5 @@
 //! The program as a user meets it: what it prints, its exit status and what it leaves behind.
 #![allow(
-    clippy::missing_assert_message,
     clippy::unwrap_used,
     reason = "a failing test names its line; messages are given where the values are not in sight"
 )]

@@ -145,9 +145,7 @@ fn compare(browser: &mut Chromium, live: &Live, number: u32) -> f64 {
         .zip(&told.pixels)
         .filter(|(a, b)| near(a, b))
         .count();
-    #[allow(clippy::cast_precision_loss, reason = "pixels")]
-    let share = alike as f64 / own.pixels.len() as f64;
-    share
+    alike as f64 / own.pixels.len() as f64
 }
 
 /// A target of the surfels that the page's card has carried: four numbers each.

@@ -28,7 +28,6 @@ impl Noise {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
         self.0 ^= self.0 << 17;
-        #[allow(clippy::cast_precision_loss, reason = "53 bits")]
         let value = (self.0 >> 11) as f64;
         value / 9_007_199_254_740_992.0
     }

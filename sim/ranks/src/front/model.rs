@@ -133,14 +133,8 @@ impl BodyShares for Front {
         command(Command::Decay(factor));
         let (mine, _) = self.mine();
         let works = mine.decay(factor);
-        #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
         let mine = works.each_ref().map(|works| works.len() as f64);
         let counts = gather(&mine, &vec![2; ranks()]);
-        #[allow(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "they were counts"
-        )]
         let counts: Vec<[usize; 2]> = counts
             .as_chunks::<2>()
             .0
@@ -208,7 +202,6 @@ impl BodyShares for Front {
 
     fn stiffest_nodes(&mut self, count: usize, runs: Option<&[usize]>) -> Vec<StiffNode> {
         command(Command::Stiffest(count, runs.map(<[usize]>::len)));
-        #[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
         let mut list: Vec<f64> = (runs.unwrap_or_default().iter())
             .map(|run| *run as f64)
             .collect();

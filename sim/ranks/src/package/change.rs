@@ -67,10 +67,6 @@ impl Change {
             let (at, whole) = (node as usize, !locals.is_cut_off(node));
             change.nodes.push(local);
             change.whole.push(whole);
-            #[allow(
-                clippy::cast_possible_truncation,
-                reason = "models keep weights as f32"
-            )]
             let weights = row(member, locals, node).map(|(_, pair)| view.weights[pair] as f32);
             change.weights.extend(weights);
             seen.push(node);
