@@ -25,18 +25,10 @@ pub(crate) fn single(value: f64) -> f32 {
     value as f32
 }
 
-/// A count as `f64`; exact below 2⁵³.
-#[inline]
-#[allow(clippy::cast_precision_loss, reason = "counts are far below 2^53")]
-pub(crate) fn real(value: usize) -> f64 {
-    value as f64
-}
-
 /// The whole part of a non-negative finite number as a count, 0 for anything else.
 #[inline]
 #[allow(
     clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
     reason = "float casts saturate; negative and NaN give 0"
 )]
 pub(crate) fn whole(value: f64) -> usize {
@@ -57,7 +49,6 @@ pub(crate) fn pixel(value: f64) -> i32 {
 #[inline]
 #[allow(
     clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
     reason = "clamped to 0..=255 first; NaN gives 0"
 )]
 pub(crate) fn byte(value: f32) -> u8 {

@@ -17,7 +17,7 @@ pub(crate) mod splats;
 pub(crate) mod surfels;
 pub(crate) mod view;
 
-use crate::cast::{count, index, pixel, real, single};
+use crate::cast::{count, index, pixel, single};
 use crate::render::camera::{Camera, Lens};
 use crate::render::frame::Frame;
 use crate::render::image::BoxProjection;
@@ -229,7 +229,7 @@ impl Renderer {
         let normal = view.texture_normals.get(splat);
         let normal = *normal.unwrap_or(&view.splats.normals[splat]);
         let (width, height) = coat.image.size();
-        let projection = BoxProjection::new(normal, coat.size, real(width) / real(height));
+        let projection = BoxProjection::new(normal, coat.size, width as f64 / height as f64);
         Some(ImagePatch {
             image: &coat.image,
             at: projection.at(view.texture_points[splat]),
@@ -337,7 +337,7 @@ fn screen_triangles(
 }
 
 fn screen_triangle(p: [DVec3; 3], camera: &Camera, raster: &Raster) -> Option<ScreenTriangle> {
-    let (w, h) = (real(raster.width), real(raster.height));
+    let (w, h) = (raster.width as f64, raster.height as f64);
     if p.iter().any(|p| p.z <= 0.0 || p.z.is_nan()) {
         return None;
     }

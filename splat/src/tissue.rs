@@ -182,7 +182,7 @@ impl Tissue {
         let area: f64 = areas.iter().sum();
         let density = settings
             .skin_density
-            .unwrap_or_else(|| crate::cast::real(n.max(1)) / area.max(f64::MIN_POSITIVE));
+            .unwrap_or_else(|| n.max(1) as f64 / area.max(f64::MIN_POSITIVE));
         let node_tree = point_tree(rest_nodes);
         let binding = Binding::empty(&settings.bind, rest_nodes.len());
         let outer_tree = point_tree(&surfels.positions);

@@ -105,14 +105,10 @@ impl Octree {
         let count = ((solid.bounds().max - origin) / root_size).ceil() + 1.0;
         let cell = cell.element_sum() / 3.0;
         let fits = count.max_element() * f64::from(1_u32 << root) < f64::from(1_u32 << BITS);
-        if !fits || count.element_product() > as_float(largest) {
-            return Err(too_fine(cell, count.element_product(), as_float(largest)));
+        if !fits || count.element_product() > largest as f64 {
+            return Err(too_fine(cell, count.element_product(), largest as f64));
         }
-        #[allow(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "below 2^20"
-        )]
+        #[allow(clippy::cast_possible_truncation, reason = "below 2^20")]
         let roots = count.to_array().map(|n| n as u32);
         let mut tree = Self {
             origin,
@@ -148,8 +144,8 @@ impl Octree {
                 }
             }
             if leaves.len() + next.len() > largest {
-                let cells = as_float(leaves.len() + next.len());
-                return Err(too_fine(cell, cells, as_float(largest)));
+                let cells = (leaves.len() + next.len()) as f64;
+                return Err(too_fine(cell, cells, largest as f64));
             }
             open = next;
         }
@@ -157,11 +153,7 @@ impl Octree {
         for level in 0..root {
             tree.balance(level);
             if tree.cells.len() > largest {
-                return Err(too_fine(
-                    cell,
-                    as_float(tree.cells.len()),
-                    as_float(largest),
-                ));
+                return Err(too_fine(cell, tree.cells.len() as f64, largest as f64));
             }
         }
         tree.at_surface = tree
@@ -339,11 +331,6 @@ fn at_surface(solid: &Solid, center: DVec3, size: DVec3) -> bool {
         let off = (center - mesh.corners(*t as usize)[0]).dot(normal).abs();
         off <= half.dot(normal.abs()) * (1.0 + SLACK)
     })
-}
-
-#[allow(clippy::cast_precision_loss, reason = "a count in a message")]
-fn as_float(n: usize) -> f64 {
-    n as f64
 }
 
 /// Interleaves the bits of three coordinates below 2^21.

@@ -1,6 +1,6 @@
 //! Colour by a scalar, and the bar that explains it.
 
-use crate::cast::{byte, index, real, single, whole};
+use crate::cast::{byte, index, single, whole};
 use crate::render::frame::Frame;
 use crate::render::image::linear;
 use glam::Vec3;
@@ -52,9 +52,9 @@ impl ColorScale {
         } else {
             0.5
         };
-        let place = at * real(STOPS.len() - 1);
+        let place = at * (STOPS.len() - 1) as f64;
         let k = whole(place).min(STOPS.len() - 2);
-        STOPS[k].lerp(STOPS[k + 1], single(place - real(k)))
+        STOPS[k].lerp(STOPS[k + 1], single(place - k as f64))
     }
 
     /// Linear colour of a value, for [`crate::SplatView::colors`].

@@ -1,6 +1,6 @@
 //! Rigid things drawn beside the splats: triangle meshes with a colour.
 
-use crate::cast::{count, real};
+use crate::cast::count;
 use glam::{DQuat, DVec3, Vec3};
 
 /// Triangles with one colour, world frame. Both faces are drawn.
@@ -48,9 +48,9 @@ impl DrawnMesh {
             for k in 0..=rings {
                 // From the pole of the first cap to the pole of the second.
                 let k = if sign < 0.0 { rings - k } else { k };
-                let latitude = real(k) / real(rings) * std::f64::consts::FRAC_PI_2;
+                let latitude = k as f64 / rings as f64 * std::f64::consts::FRAC_PI_2;
                 for s in 0..SIDES {
-                    let turn = real(s) / real(SIDES) * std::f64::consts::TAU;
+                    let turn = s as f64 / SIDES as f64 * std::f64::consts::TAU;
                     let out = (a * turn.cos() + b * turn.sin()) * latitude.cos()
                         + axis * (sign * latitude.sin());
                     vertices.push(centre + out * radius);

@@ -44,7 +44,6 @@ fn slope(hash: u32) -> Vec3 {
 #[inline]
 #[allow(
     clippy::cast_possible_truncation,
-    clippy::cast_precision_loss,
     reason = "saturates; exact below 2^24, where coordinates still have fractions"
 )]
 fn cell(p: Vec3) -> ([i32; 3], Vec3) {

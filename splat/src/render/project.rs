@@ -1,6 +1,6 @@
 //! Splats on the screen: the map from pixels to disk coordinates, and which tiles a splat meets.
 
-use crate::cast::{count, index, pixel, real, single};
+use crate::cast::{count, index, pixel, single};
 use crate::render::camera::{Camera, Lens};
 use crate::render::clip::Clip;
 use crate::render::scene::{DrawMode, SplatView};
@@ -155,10 +155,6 @@ pub(crate) fn project(
     });
 }
 
-#[allow(
-    clippy::too_many_arguments,
-    reason = "what a splat is and how it is seen"
-)]
 fn project_one(
     view: &SplatView<'_>,
     camera: &Camera,
@@ -185,8 +181,8 @@ fn project_one(
     }
     let (mut u, mut v) = (axes * splats.axes_u[i], axes * splats.axes_v[i]);
     let size = u.length().max(v.length());
-    let height = real(raster.height);
-    let centre = [0.5 * real(raster.width), 0.5 * height];
+    let height = raster.height as f64;
+    let centre = [0.5 * raster.width as f64, 0.5 * height];
     // Samples per metre at the centre.
     let scale = match camera.lens {
         Lens::Perspective { focal } => focal * height / c.z,

@@ -16,7 +16,6 @@ const AREA: usize = TILE * RUNS;
 /// Weight that even the border of a disk has, so that any covered sample gets a colour.
 const LEAST_WEIGHT: f32 = 1e-4;
 /// 0, 1, 2, ...
-#[allow(clippy::cast_precision_loss, reason = "32 values")]
 const RAMP: [f32; TILE] = {
     let mut ramp = [0.0; TILE];
     let mut i = 0;
@@ -213,10 +212,6 @@ impl Row {
 }
 
 /// Draws a tile's triangles into the nearness.
-#[allow(
-    clippy::cast_precision_loss,
-    reason = "sample coordinates are far below 2^24"
-)]
 pub(crate) fn draw_triangles(
     triangles: &[(u32, ScreenTriangle)],
     origin: [i32; 2],
@@ -382,10 +377,6 @@ pub(crate) fn blend_splats(
 }
 
 /// Calls `f(run of the tile, fragments)` for all runs of a tile that a splat may meet.
-#[allow(
-    clippy::cast_precision_loss,
-    reason = "sample coordinates are far below 2^24"
-)]
 #[inline]
 fn for_runs(p: &Projected, walls: &[Wall], origin: [i32; 2], mut f: impl FnMut(usize, &Fragments)) {
     let [x0, y0, x1, y1] = window(p.bounds, origin);

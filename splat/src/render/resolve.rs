@@ -1,6 +1,6 @@
 //! Third pass: the sums of a tile's samples are normalised, lit, averaged and encoded.
 
-use crate::cast::{index, real, single};
+use crate::cast::{index, single};
 use crate::render::camera::{Camera, Lens};
 use crate::render::mesh::DrawnMesh;
 use crate::render::project::{Appearance, Projected, TILE};
@@ -82,7 +82,7 @@ impl Shader<'_> {
     /// The background's colour in a row of samples.
     fn background(&self, row: usize) -> Vec3 {
         let height = index(self.settings.height) * index(self.settings.samples);
-        let down = single(real(row)) / single(real(height));
+        let down = single(row as f64) / single(height as f64);
         let background = &self.settings.background;
         background.top.lerp(background.bottom, down.min(1.0))
     }
@@ -246,11 +246,7 @@ impl Shader<'_> {
     }
 
     /// The one colour of a splat that is lit as a whole.
-    #[allow(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "on the screen"
-    )]
+    #[allow(clippy::cast_possible_truncation, reason = "on the screen")]
     pub(crate) fn tone(&self, p: &Projected, appearance: &Appearance) -> Vec3 {
         let at = [p.x.max(0.0) as usize, p.y.max(0.0) as usize];
         tone(self.lights.shade_one(&Point {
@@ -293,7 +289,7 @@ impl Shader<'_> {
                     single(f64::from(self.settings.height * ss)),
                 );
                 let per = 1.0 / (single(focal) * h);
-                let [x, y] = at.map(|v| single(real(v)) + 0.5);
+                let [x, y] = at.map(|v| single(v as f64) + 0.5);
                 Vec3::new((0.5 * w - x) * per, (y - 0.5 * h) * per, 1.0).normalize()
             }
         }

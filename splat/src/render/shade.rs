@@ -169,7 +169,6 @@ const STEPS: usize = 4096;
 pub(crate) struct Transfer(Vec<u8>);
 
 impl Transfer {
-    #[allow(clippy::cast_precision_loss, reason = "4096 steps")]
     pub(crate) fn new() -> Self {
         Self(
             (0..=STEPS)
@@ -189,8 +188,6 @@ impl Transfer {
 
     #[allow(
         clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        clippy::cast_precision_loss,
         reason = "clamped to the table; NaN gives 0"
     )]
     pub(crate) fn encode(&self, c: Vec3) -> [u8; 3] {

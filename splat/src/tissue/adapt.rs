@@ -1,6 +1,6 @@
 //! Surfels that lie closer together where the surface is more curved.
 
-use crate::cast::{count, index, real};
+use crate::cast::{count, index};
 use crate::tissue::radii::shape_operators;
 use crate::tissue::tree::{NodeTree, point_tree};
 use glam::DVec3;
@@ -55,7 +55,7 @@ pub fn follow_curvature(
     // The unit of spacings for which hexagonal packing gives the wanted number.
     let unit = |spacings: &[f64]| {
         let share = spacings.iter().zip(areas).map(|(h, area)| area / (h * h));
-        (share.sum::<f64>() / real(wanted) * 2.0 / 3.0_f64.sqrt()).sqrt()
+        (share.sum::<f64>() / wanted as f64 * 2.0 / 3.0_f64.sqrt()).sqrt()
     };
     let mut spacings = spacings(positions, normals, range);
     let slope = GRADING / unit(&spacings);
@@ -188,7 +188,7 @@ mod tests {
         let density = |keep: &dyn Fn(f64) -> bool| {
             let all = x.iter().filter(|p| keep(p.z.abs())).count();
             let kept = chosen.iter().filter(|&&i| keep(x[index(i)].z.abs()));
-            real(kept.count()) / real(all)
+            kept.count() as f64 / all as f64
         };
         let ratio = density(&|z| z > 1.05) / density(&|z| z < 0.9);
         // 220 surfels on the ends: three standard deviations of a count are below 20 %.

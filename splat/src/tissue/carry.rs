@@ -34,10 +34,6 @@ const CHUNK: usize = 128;
 /// # Numerics
 /// An affine map of the nodes with its gradient is reproduced to round-off. A singular `F` keeps
 /// the rest normal. Same bits at any thread count.
-#[allow(
-    clippy::too_many_arguments,
-    reason = "plain arrays in, plain arrays out"
-)]
 pub fn carry_into(
     surfels: &Surfels,
     binding: &Binding,
@@ -140,7 +136,7 @@ mod tests {
 
     /// Numbers between -1 and 1 without order.
     fn noise(i: usize) -> f64 {
-        (12.9898 * crate::cast::real(i + 1)).sin() * 43.7585 % 1.0
+        (12.9898 * (i + 1) as f64).sin() * 43.7585 % 1.0
     }
 
     fn vector(i: usize) -> DVec3 {

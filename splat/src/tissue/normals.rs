@@ -72,7 +72,6 @@ fn normal_of_plane(near: impl ExactSizeIterator<Item = DVec3> + Clone) -> Option
     (values.y > LINE * values.z).then_some(axes.x_axis)
 }
 
-#[allow(clippy::cast_precision_loss, reason = "a number of points")]
 fn centroid(points: impl ExactSizeIterator<Item = DVec3>) -> DVec3 {
     let count = points.len() as f64;
     points.sum::<DVec3>() / count

@@ -1,6 +1,6 @@
 //! Splat radii: the default without holes, and the dissertation's rules.
 
-use crate::cast::{index, real};
+use crate::cast::index;
 use crate::error::{SurfelError, one_per_point};
 use crate::render::surfels::Surfels;
 use crate::tissue::eigen::symmetric_eigen;
@@ -138,7 +138,7 @@ pub(crate) fn measure_of(x: DVec3, near: &[DVec3], measure: Measure) -> f64 {
     if near.is_empty() {
         return 0.0;
     }
-    let share = 1.0 / real(near.len());
+    let share = 1.0 / near.len() as f64;
     let mean = near.iter().map(|p| p.distance(x)).sum::<f64>() * share;
     if measure == Measure::Density {
         return mean;
@@ -250,7 +250,7 @@ fn cell_radius(tree: &NodeTree, positions: &[DVec3], normals: &[DVec3], i: usize
     if six.is_empty() {
         return 0.0;
     }
-    let mean = six.iter().map(|&j| positions[j].distance(x)).sum::<f64>() / real(six.len());
+    let mean = six.iter().map(|&j| positions[j].distance(x)).sum::<f64>() / six.len() as f64;
     circumradius(positions, normals, i, &near, 2.0 * mean)
 }
 

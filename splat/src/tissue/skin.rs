@@ -1,6 +1,6 @@
 //! Samples on a growing cut surface.
 
-use crate::cast::{real, whole};
+use crate::cast::whole;
 use crate::tissue::adapt::scatter;
 use crate::tissue::memory::map_bytes;
 use glam::DVec3;
@@ -113,15 +113,15 @@ impl CutSampler {
             let mut left = triangle_area(triangle) * self.density;
             while left > 0.0 {
                 // A large triangle is taken in several goes so that no pool grows too big.
-                let take = left.min(real(POOL));
+                let take = left.min(POOL as f64);
                 left -= take;
                 owed += take;
-                let draws = whole((take * real(CANDIDATES)).ceil()).max(2);
+                let draws = whole((take * CANDIDATES as f64).ceil()).max(2);
                 self.shift = self.shift.wrapping_add(1);
                 let shift = [0, 1]
                     .map(|k| f64::from(scatter(self.shift.wrapping_mul(2) + k)) / 4_294_967_296.0);
                 for i in 1..=draws {
-                    let point = draw(triangle, shift, real(i));
+                    let point = draw(triangle, shift, i as f64);
                     let sample = Sample {
                         point,
                         normal,
@@ -129,7 +129,7 @@ impl CutSampler {
                     };
                     candidates.push((sample, self.clearance(point)));
                 }
-                if owed >= real(POOL) {
+                if owed >= POOL as f64 {
                     self.choose(&mut owed, &mut candidates, &mut out);
                 }
             }
@@ -176,7 +176,7 @@ impl CutSampler {
         self.carried += *owed;
         *owed = 0.0;
         let n = whole(self.carried);
-        self.carried -= real(n);
+        self.carried -= n as f64;
         for _ in 0..n {
             let mut best = 0;
             for (k, candidate) in candidates.iter().enumerate() {

@@ -317,7 +317,7 @@ fn disks_at_a_new_edge_become_small_and_those_inside_the_cut_large() {
             .map(|s| tissue.surfels.radii[s])
             .collect();
         assert!(of.len() > 20, "{} disks", of.len());
-        of.iter().sum::<f64>() / crate::cast::real(of.len())
+        of.iter().sum::<f64>() / of.len() as f64
     };
     let outer = tissue.outer_count;
     let within = |s: usize, near: f64| (at(s).x - way(at(s).y)).abs() < near;
@@ -326,7 +326,7 @@ fn disks_at_a_new_edge_become_small_and_those_inside_the_cut_large() {
         .filter(|&s| within(s, 0.02))
         .map(|s| before[s])
         .sum();
-    let old = old / crate::cast::real((0..outer).filter(|&s| within(s, 0.02)).count());
+    let old = old / (0..outer).filter(|&s| within(s, 0.02)).count() as f64;
     let far = |s: usize| s < outer && at(s).x < 0.0 && !within(s, 0.15);
     let middle = mean(&|s| s >= outer && tissue.surfels.normals[s].z.abs() < 0.9 && at(s).z < 0.35);
     let edge = mean(&|s| s >= outer && tissue.surfels.normals[s].z.abs() < 0.9 && at(s).z > 0.47);
