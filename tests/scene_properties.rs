@@ -192,8 +192,7 @@ proptest! {
     #[test]
     fn threads_change_nothing(drawn in drawn(&ALL)) {
         let run = |threads: usize| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-            pool.install(|| {
+            testkit::on_threads(threads, || {
                 let mut world = drawn.world(HOME);
                 play(&mut world, 0.07);
                 bits(&world)

@@ -7,6 +7,7 @@ use phyxel_discretize::{
     SampleSettings, SampleTarget, Solid, TextPlace, parse_mesh, read_mesh, read_point_cloud,
     repair, sample_file, sample_tetrahedra,
 };
+use testkit::assert_matches;
 use testkit::tol::assert_relative;
 
 /// Why a text is refused, and the message.
@@ -53,13 +54,13 @@ fn reading_names_reason_and_place() {
         (ReadErrorKind::NotFinite, TextPlace::Line(2))
     );
     let (kind, ..) = refused("OFF\n4000000000 1 0\n0 0 0\n");
-    assert!(matches!(
+    assert_matches!(
         kind,
         ReadErrorKind::Count {
             count: 4_000_000_000,
             ..
         }
-    ));
+    );
     let (kind, ..) = refused("hello");
     assert_eq!(kind, ReadErrorKind::UnknownFormat);
     let (kind, ..) = refused("OFF\n3 1 0\n0.00 0.00 0.00\n1.00 0.00 0.00\n");
@@ -286,10 +287,7 @@ fn sampling_names_why_it_stops() {
         half_extents: DVec3::ONE,
     });
     let missed = sample_tetrahedra(&block, &exact).unwrap_err();
-    assert!(matches!(
-        missed,
-        SampleError::NodeCount { wanted: 1001, .. }
-    ));
+    assert_matches!(missed, SampleError::NodeCount { wanted: 1001, .. });
 }
 
 #[test]
@@ -303,10 +301,7 @@ fn one_call_from_a_file_says_which_stage_failed() {
     };
     assert!(matches!(run("read", b"?", &settings), FileError::Read(_)));
     let sheet = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
-    assert!(matches!(
-        run("repair", sheet, &settings),
-        FileError::Repair(_)
-    ));
+    assert_matches!(run("repair", sheet, &settings), FileError::Repair(_));
     let few = SampleSettings {
         target: SampleTarget::NodeCount(1),
         ..settings

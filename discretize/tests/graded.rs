@@ -1,7 +1,7 @@
 //! Octrees and tetrahedra on them: balance, sizes, sums, quality.
 
 use crate::common::{
-    BlobKind, blob, check_graded, check_octree, check_sums, graded, on_threads, refined, shapes,
+    BlobKind, blob, check_graded, check_octree, check_sums, graded, refined, shapes,
 };
 use glam::DVec3;
 use phyxel_discretize::{
@@ -9,6 +9,8 @@ use phyxel_discretize::{
     sample_tetrahedra, surface_mesh,
 };
 use proptest::prelude::*;
+use testkit::assert_matches;
+use testkit::on_threads;
 use testkit::strategies::vector;
 use testkit::tol::{assert_below, assert_relative};
 
@@ -144,10 +146,7 @@ fn bad_gradings_are_refused() {
     };
     assert!(matches!(at(growth), SampleError::Grading { .. }));
     let factor = refined(DVec3::ZERO, 0.01, 0.001, 1.0);
-    assert!(matches!(
-        at(factor),
-        SampleError::Refinement { refinement: 0, .. }
-    ));
+    assert_matches!(at(factor), SampleError::Refinement { refinement: 0, .. });
     let radius = refined(DVec3::ZERO, -1.0, 0.5, 1.0);
     assert!(matches!(at(radius), SampleError::Refinement { .. }));
     let small = SampleSettings {

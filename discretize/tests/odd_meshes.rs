@@ -7,6 +7,7 @@ use phyxel_discretize::{
     Mesh, Primitive, ReadErrorKind, RepairError, RepairSettings, SampleError, SampleSettings,
     SampleTarget, Solid, parse_mesh, repair, sample_points, sample_tetrahedra, surface_mesh,
 };
+use testkit::assert_matches;
 use testkit::tol::assert_relative;
 
 fn volume_of(bytes: &[u8]) -> f64 {
@@ -147,29 +148,17 @@ fn what_follows_a_mesh_is_read_or_refused() {
     );
     assert!(parse_mesh((off.to_owned() + "# the end\n\n").as_bytes()).is_ok());
     let error = parse_mesh((off.to_owned() + off).as_bytes()).unwrap_err();
-    assert!(
-        matches!(error.kind, ReadErrorKind::Trailing { .. }),
-        "{error}"
-    );
+    assert_matches!(error.kind, ReadErrorKind::Trailing { .. });
     let ply = phyxel_discretize::ply_mesh(&one);
     let error = parse_mesh(&[&ply[..], &ply[..]].concat()).unwrap_err();
-    assert!(
-        matches!(error.kind, ReadErrorKind::Trailing { .. }),
-        "{error}"
-    );
+    assert_matches!(error.kind, ReadErrorKind::Trailing { .. });
     let ascii = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n\
                  endloop\nendfacet\n";
     assert!(parse_mesh((ascii.to_owned() + "endsolid a\n").as_bytes()).is_ok());
     let error = parse_mesh(ascii.as_bytes()).unwrap_err();
-    assert!(
-        matches!(error.kind, ReadErrorKind::Truncated { .. }),
-        "{error}"
-    );
+    assert_matches!(error.kind, ReadErrorKind::Truncated { .. });
     let error = parse_mesh((ascii.to_owned() + "\u{1}\u{2}\n").as_bytes()).unwrap_err();
-    assert!(
-        matches!(error.kind, ReadErrorKind::Unexpected { .. }),
-        "{error}"
-    );
+    assert_matches!(error.kind, ReadErrorKind::Unexpected { .. });
 }
 
 #[test]
@@ -252,10 +241,7 @@ fn klein_bottle(across: u32) -> Mesh {
 fn a_surface_of_one_side_is_named() {
     // Of an even number of corners the sheets are welded where they pass through each other.
     let even = repair(&klein_bottle(20), &RepairSettings::default());
-    assert!(
-        matches!(even, Err(RepairError::OneSided { .. })),
-        "{even:?}"
-    );
+    assert_matches!(even, Err(RepairError::OneSided { .. }));
     let mesh = klein_bottle(21);
     let count = u32::try_from(mesh.triangles.len()).unwrap();
     let soup = Mesh {
@@ -317,17 +303,11 @@ fn the_spacing_that_is_advised_works() {
     let mut spike = cuboid(DVec3::ONE, 0.3);
     spike.vertices[7] = DVec3::new(1e7, 1e5, 30.0);
     let refused = sample_tetrahedra(&Solid::from_mesh(spike), &at(6000)).unwrap_err();
-    assert!(
-        matches!(refused, SampleError::Slender { far, .. } if far.x > 0.9e7),
-        "{refused}"
-    );
+    assert_matches!(refused, SampleError::Slender { far, .. } if far.x > 0.9e7);
     let many = sample_tetrahedra(&thin, &at(usize::MAX)).unwrap_err();
-    assert!(
-        matches!(
-            many,
-            SampleError::TooFine { .. } | SampleError::Slender { .. }
-        ),
-        "{many}"
+    assert_matches!(
+        many,
+        SampleError::TooFine { .. } | SampleError::Slender { .. }
     );
 }
 

@@ -1,6 +1,6 @@
 //! Nodes without tetrahedra: sums, positions, volumes.
 
-use crate::common::{blob, check_boundary, check_count, folder_of_meshes, on_threads, shapes};
+use crate::common::{blob, check_boundary, check_count, folder_of_meshes, shapes};
 use glam::DVec3;
 use phyxel_discretize::{
     Grading, PointSampling, Primitive, Refinement, SampleError, SampleSettings, SampleTarget,
@@ -8,6 +8,8 @@ use phyxel_discretize::{
     sample_points, sample_tetrahedra, surface_mesh,
 };
 use proptest::prelude::*;
+use testkit::assert_matches;
+use testkit::on_threads;
 use testkit::tol::{assert_below, assert_relative};
 
 fn check(name: &str, s: &PointSampling) {
@@ -149,18 +151,18 @@ fn wedges_as_sharp_as_a_blade_have_boundary_vectors() {
 fn bad_targets_are_refused_and_threads_change_nothing() {
     let solid = Solid::from(Primitive::Liver);
     let refused = |target| sample_points(&solid, &with(target, Grading::default()), true);
-    assert!(matches!(
+    assert_matches!(
         refused(SampleTarget::NodeCount(3)),
         Err(SampleError::TooFewNodes { .. })
-    ));
-    assert!(matches!(
+    );
+    assert_matches!(
         refused(SampleTarget::Spacing(-1.0)),
         Err(SampleError::Spacing { .. })
-    ));
-    assert!(matches!(
+    );
+    assert_matches!(
         refused(SampleTarget::Spacing(1e-9)),
         Err(SampleError::TooFine { .. })
-    ));
+    );
     let run = || refused(SampleTarget::NodeCount(1500)).unwrap();
     let one = on_threads(1, run);
     assert_eq!(one, on_threads(3, run));

@@ -1,12 +1,13 @@
 //! Sums, positions and quality of samplings of shapes, under rigid motions and scales.
 
-use crate::common::{blob, check_count, check_sums, cube, on_threads, shapes};
+use crate::common::{blob, check_count, check_sums, cube, shapes};
 use glam::DVec3;
 use phyxel_discretize::{
     Primitive, SampleSettings, SampleTarget, SampledNodes, Solid, SurfaceSamples, sample_surfels,
     sample_tetrahedra, surface_mesh, tetrahedra_edges,
 };
 use proptest::prelude::*;
+use testkit::on_threads;
 use testkit::tol::{assert_below, assert_relative};
 
 fn nodes(solid: &Solid, count: usize) -> SampledNodes {

@@ -1,6 +1,7 @@
 use super::*;
 use crate::testing::{Chain, Network};
 use crate::trajectory::Trajectory;
+use testkit::assert_matches;
 use testkit::cloud::uniform;
 
 fn hung() -> (Network, Vec<DVec3>, BoundaryConditions, Vec<DVec3>) {
@@ -85,10 +86,7 @@ fn errors_say_what_is_missing() {
         &StaticLoad::default(),
         &NewtonSettings::default(),
     );
-    assert!(
-        matches!(error, Err(SolveError::NotFinite { .. })),
-        "{error:?}"
-    );
+    assert_matches!(error, Err(SolveError::NotFinite { .. }));
     let mut x = uniform(4, 1.0, 2);
     let loads = [DVec3::X; 4];
     let load = StaticLoad {

@@ -1,7 +1,7 @@
 use super::*;
 use crate::motion::MotionSettings;
 use crate::supports::BoundaryConditions;
-use crate::testing::Network;
+use crate::testing::{Network, nothing};
 use testkit::cloud::uniform;
 
 /// Two clouds of ten nodes, springs within each.
@@ -155,12 +155,7 @@ fn few_nodes_turn_only_as_they_can() {
     motion.set_velocities(&velocities).unwrap();
     motion.set_pieces(&[0, 1, 1]);
     for _ in 0..2000 {
-        motion
-            .step(1e-3, |_, f| {
-                f.fill(DVec3::ZERO);
-                0.0
-            })
-            .unwrap();
+        motion.step(1e-3, nothing).unwrap();
     }
     let v = motion.velocities();
     assert!((v[0] - DVec3::Y).length() < 1e-12, "{}", v[0]);

@@ -5,6 +5,7 @@ use crate::law::ForceLaw;
 use crate::motion::{Motion, MotionSettings};
 use crate::supports::BoundaryConditions;
 use glam::{DMat3, DVec3};
+use testkit::cloud::uniform;
 
 /// Frequency (rad/s) of the [`oscillator`].
 pub(crate) const OMEGA: f64 = 3.0;
@@ -19,6 +20,18 @@ pub(crate) fn oscillator(x: &[DVec3], f: &mut [DVec3]) -> f64 {
 pub(crate) fn one_node(settings: MotionSettings) -> Motion {
     let supports = BoundaryConditions::free(1);
     Motion::new(&[DVec3::X], &[1.0], supports, settings).unwrap()
+}
+
+/// No forces at all.
+pub(crate) fn nothing(_: &[DVec3], f: &mut [DVec3]) -> f64 {
+    f.fill(DVec3::ZERO);
+    0.0
+}
+
+/// Free nodes with the settings of default.
+pub(crate) fn free(x: &[DVec3], masses: &[f64]) -> Motion {
+    let supports = BoundaryConditions::free(x.len());
+    Motion::new(x, masses, supports, MotionSettings::default()).unwrap()
 }
 
 /// Masses between springs along x, both ends tied to walls: `K` is tridiagonal (2, −1) · k.
@@ -38,6 +51,12 @@ impl Chain {
             masses: vec![mass; n],
             rest,
         }
+    }
+
+    /// Its nodes at random off their places.
+    pub(crate) fn shaken(&self, by: f64, seed: u64) -> Vec<DVec3> {
+        let moved = uniform(self.rest.len(), by, seed);
+        self.rest.iter().zip(moved).map(|(x, d)| *x + d).collect()
     }
 
     pub(crate) fn product(&self, v: &[DVec3], out: &mut [DVec3]) {

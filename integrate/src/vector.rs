@@ -153,11 +153,7 @@ mod tests {
             uniform(PARALLEL_FROM + 321, 1.0, 2),
         );
         let pair = |n: usize| {
-            let pool = rayon::ThreadPoolBuilder::new()
-                .num_threads(n)
-                .build()
-                .unwrap();
-            pool.install(|| {
+            testkit::on_threads(n, || {
                 let mut c = a.clone();
                 add_scaled(&mut c, 0.3, &b);
                 (dot(&a, &b).to_bits(), norm(&c).to_bits())

@@ -12,3 +12,18 @@ pub mod kuhn;
 mod octree;
 pub mod strategies;
 pub mod tol;
+
+/// Fails unless a value is as a pattern says, and shows it then.
+#[macro_export]
+macro_rules! assert_matches {
+    ($value:expr, $($pattern:tt)+) => {{
+        let value = &$value;
+        assert!(matches!(value, $($pattern)+), "{value:?}");
+    }};
+}
+
+/// What a function gives in a pool of so many threads.
+pub fn on_threads<T: Send>(threads: usize, run: impl FnOnce() -> T + Send) -> T {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.expect("a few threads").install(run)
+}

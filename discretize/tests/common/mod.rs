@@ -138,12 +138,6 @@ pub(crate) fn check_graded(
     s
 }
 
-/// What `run` gives in a pool of so many threads.
-pub(crate) fn on_threads<T: Send>(threads: usize, run: impl FnOnce() -> T + Send) -> T {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    pool.expect("a few threads").install(run)
-}
-
 /// Every shape that needs no file, some 0.2 m long.
 pub(crate) fn shapes() -> [Primitive; 5] {
     [

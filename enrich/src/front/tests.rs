@@ -39,9 +39,30 @@ fn place(from: DVec3, to: DVec3) -> EdgePlace {
 
 /// A blade of 13 points, one apart, along y.
 fn edge(x: f64, z: f64) -> Vec<DVec3> {
-    (0..13)
-        .map(|k| DVec3::new(x, f64::from(k) - 6.3, z))
-        .collect()
+    let ys = (0..13).map(|k| f64::from(k) - 6.3);
+    ys.map(|y| DVec3::new(x, y, z)).collect()
+}
+
+fn places(last: &[DVec3], now: &[DVec3]) -> Vec<EdgePlace> {
+    last.iter().zip(now).map(|(a, b)| place(*a, *b)).collect()
+}
+
+/// The same where what lies inside is the blade's own gap.
+fn in_gap(mut places: Vec<EdgePlace>) -> Vec<EdgePlace> {
+    for place in &mut places {
+        if let EdgePlace::Inside { .. } = place {
+            *place = EdgePlace::Gap;
+        }
+    }
+    places
+}
+
+/// Places in steps of 0.45 or less.
+fn even(from: f64, to: f64, edge: impl Fn(f64) -> Vec<DVec3>) -> Vec<Vec<DVec3>> {
+    let count = ((to - from).abs() / 0.45).ceil();
+    let steps = (0..).map(f64::from).take_while(|step| *step <= count);
+    let at = |step: f64| edge(from + (to - from) * (step / count));
+    steps.map(at).collect()
 }
 
 /// Drives a blade along positions; asserts that the cut crosses all that it sweeps.
@@ -55,8 +76,8 @@ fn lead_into(block: &Cloud, cuts: &mut Cuts, path: &[Vec<DVec3>]) {
     let mut front = Front::new(path[0].len(), 1.0);
     let mut last = &path[0];
     for now in path {
-        let places: Vec<EdgePlace> = last.iter().zip(now).map(|(a, b)| place(*a, *b)).collect();
         let moved = last[0].distance(now[0]);
+        let places = places(last, now);
         front.advance(cuts, &places, moved, &inside).unwrap();
         let sweep: Vec<[DVec3; 3]> = (last.windows(2).zip(now.windows(2)))
             .flat_map(|(a, b)| [[a[0], a[1], b[0]], [b[0], a[1], b[1]]])
@@ -75,16 +96,9 @@ fn lead_into(block: &Cloud, cuts: &mut Cuts, path: &[Vec<DVec3>]) {
     }
 }
 
-/// From above the block down to a height, in steps of 0.45.
+/// From above the block down to a height.
 fn down(x: f64, end: f64) -> Vec<Vec<DVec3>> {
-    let count = ((5.0 - end) / 0.45).ceil();
-    let mut path = Vec::new();
-    let mut step = 0.0;
-    while step <= count {
-        path.push(edge(x, 5.0 + (end - 5.0) * (step / count)));
-        step += 1.0;
-    }
-    path
+    even(5.0, end, |z| edge(x, z))
 }
 
 /// Area over the length of its vector, and the area that faces backwards.
@@ -149,12 +163,10 @@ fn a_blade_that_stands_or_goes_back_in_its_gap_adds_nothing() {
     let path = down(0.3, 0.0);
     let mut last = path[0].clone();
     let mut go = |front: &mut Front, cuts: &mut Cuts, now: &[DVec3], gap: bool| {
-        let places: Vec<EdgePlace> = (last.iter().zip(now))
-            .map(|(a, b)| match place(*a, *b) {
-                EdgePlace::Inside { .. } if gap => EdgePlace::Gap,
-                place => place,
-            })
-            .collect();
+        let mut places = places(&last, now);
+        if gap {
+            places = in_gap(places);
+        }
         last = now.to_vec();
         front.advance(cuts, &places, 0.45, &inside).unwrap()
     };
@@ -162,22 +174,14 @@ fn a_blade_that_stands_or_goes_back_in_its_gap_adds_nothing() {
         go(&mut front, &mut cuts, now, false);
     }
     let before = cuts.triangle_count();
-    let back = [
-        edge(0.3, 0.0),
-        edge(0.3, 0.4),
-        edge(0.35, 0.8),
-        edge(0.3, 0.2),
-    ];
-    for (k, now) in back.iter().enumerate() {
-        let patch = go(&mut front, &mut cuts, now, k % 2 == 1);
+    let back = [(0.3, 0.0), (0.3, 0.4), (0.35, 0.8), (0.3, 0.2)];
+    for (k, (x, z)) in back.into_iter().enumerate() {
+        let patch = go(&mut front, &mut cuts, &edge(x, z), k % 2 == 1);
         assert!(patch.triangles.is_empty(), "place {k}: {patch:?}");
     }
     assert_eq!(cuts.triangle_count(), before);
     go(&mut front, &mut cuts, &edge(0.3, -0.3), false);
-    assert!(
-        cuts.triangle_count() > before,
-        "it continues from where it was"
-    );
+    assert!(cuts.triangle_count() > before, "it goes on from there");
     let inner = block.x.len();
     assert_eq!(pieces(&block, &cuts), [u32::try_from(inner).unwrap()]);
 }
@@ -188,42 +192,29 @@ fn a_branch_starts_through_the_sheet_and_severs() {
     // Down the middle and out, then sideways out of the gap.
     let mut cuts = lead(&block, &down(0.3, -3.4));
     let mut front = Front::new(13, 1.0);
-    let line = |x: f64| -> Vec<DVec3> {
-        (0..13)
-            .map(|k| DVec3::new(x, f64::from(k) - 6.3, 0.4))
-            .collect()
-    };
-    let mut last = line(0.3);
+    let mut last = edge(0.3, 0.4);
     for step in 0..10 {
-        let now = line(0.3 + 0.4 * f64::from(step));
-        let places: Vec<EdgePlace> = (last.iter().zip(&now))
-            .map(|(a, b)| match place(*a, *b) {
-                EdgePlace::Inside { .. } if step == 0 => EdgePlace::Gap,
-                place => place,
-            })
-            .collect();
+        let now = edge(0.3 + 0.4 * f64::from(step), 0.4);
+        let mut places = places(&last, &now);
+        if step == 0 {
+            places = in_gap(places);
+        }
         front.advance(&mut cuts, &places, 0.4, &inside).unwrap();
         last = now;
     }
-    assert_eq!(
-        pieces(&block, &cuts).len(),
-        3,
-        "{:?}",
-        pieces(&block, &cuts)
-    );
+    let sizes = pieces(&block, &cuts);
+    assert_eq!(sizes.len(), 3, "{sizes:?}");
 }
 
 #[test]
 fn the_same_patches_give_the_same_cut() {
     let path = down(0.3, -3.4);
-    let (mut cuts, mut again) = {
-        let settings = CutSettings::for_spacing(1.0);
-        (Cuts::new(&settings), Cuts::new(&settings))
-    };
+    let mut cuts = Cuts::new(&CutSettings::for_spacing(1.0));
+    let mut again = cuts.clone();
     let mut front = Front::new(13, 1.0);
     let mut last = path[0].clone();
     for now in &path {
-        let places: Vec<EdgePlace> = last.iter().zip(now).map(|(a, b)| place(*a, *b)).collect();
+        let places = places(&last, now);
         let patch = front.advance(&mut cuts, &places, 0.45, &inside).unwrap();
         again
             .add_surface(&patch.vertices, &patch.triangles)
@@ -260,29 +251,16 @@ fn cuts_across_each_other_dice_the_block() {
                     .map(|k| middle + v * t + u * (f64::from(k) - 6.3))
                     .collect()
             };
-            let mut path = Vec::new();
-            let mut t = -5.0;
-            while t < 5.0 {
-                path.push(edge(t));
-                t += 0.45;
-            }
-            lead_into(&block, &mut cuts, &path);
+            lead_into(&block, &mut cuts, &even(-5.0, 5.0, edge));
         }
     }
     let sizes = pieces(&block, &cuts);
     assert_eq!(sizes.len(), 27, "{sizes:?}");
 }
 
-/// A blade along y at a height, from one x to another, in steps of 0.45 or less.
+/// A blade along y at a height, from one x to another.
 fn sideways(from: f64, to: f64, z: f64) -> Vec<Vec<DVec3>> {
-    let count = ((to - from).abs() / 0.45).ceil();
-    let mut path = Vec::new();
-    let mut step = 0.0;
-    while step <= count {
-        path.push(edge(from + (to - from) * (step / count), z));
-        step += 1.0;
-    }
-    path
+    even(from, to, |x| edge(x, z))
 }
 
 #[test]
@@ -330,7 +308,7 @@ fn the_front_is_led_to_points_straight_ahead_of_it_only() {
     let path = down(0.3, 0.2);
     let mut last = &path[0];
     for now in &path {
-        let places: Vec<EdgePlace> = last.iter().zip(now).map(|(a, b)| place(*a, *b)).collect();
+        let places = places(last, now);
         front.advance(&mut cuts, &places, 0.45, &inside).unwrap();
         last = now;
     }
@@ -365,13 +343,8 @@ fn the_edge_that_is_carried_on_lies_across_the_way() {
     let corners = corners.map(|[x, y]| DVec3::new(x, y, 0.0));
     cuts.add_surface(&corners, &[[0, 1, 2], [0, 2, 3]]).unwrap();
     // Off the corner, along one of the edges that meet there.
-    for point in [DVec3::new(2.5, 1.999, 0.0), DVec3::new(1.999, 2.5, 0.0)] {
-        let patch = close_edge(&mut cuts.clone(), point, 1.0, &inside).unwrap();
-        let [p, q, r] = [0, 1, 2].map(|k| patch.vertices[k]);
-        let area = 0.5 * (q - p).cross(r - p).length();
-        assert!(area > 0.4, "{point}: {patch:?}");
-    }
-    for point in [DVec3::new(2.6, 2.0001, 0.0), DVec3::new(2.0001, 2.6, 0.0)] {
+    let places = [[2.5, 1.999], [1.999, 2.5], [2.6, 2.0001], [2.0001, 2.6]];
+    for point in places.map(|[x, y]| DVec3::new(x, y, 0.0)) {
         let patch = close_edge(&mut cuts.clone(), point, 1.0, &inside).unwrap();
         let [p, q, r] = [0, 1, 2].map(|k| patch.vertices[k]);
         let area = 0.5 * (q - p).cross(r - p).length();

@@ -1,6 +1,7 @@
 //! The dissertation's method: figures 23 and 28 in numbers, refusals, and what it does wrong.
 
 use glam::{DVec2, DVec3};
+use testkit::assert_matches;
 use testkit::cloud::Random;
 use testkit::tol::{assert_below, assert_within};
 
@@ -176,17 +177,11 @@ fn grid_refuses_what_it_cannot_do() {
     };
     for closed in ["closed circle", "twist of 360", "fold flat back"] {
         let refused = refusal(closed);
-        assert!(
-            matches!(refused, Some(GridError::NoCommonFrame { .. })),
-            "{closed}"
-        );
+        assert_matches!(refused, Some(GridError::NoCommonFrame { .. }));
     }
     // The helicoid's mean normal is fine; its projection covers itself.
     let helicoid = refusal("helicoid");
-    assert!(matches!(
-        helicoid,
-        Some(GridError::OverlappingProjection { .. })
-    ));
+    assert_matches!(helicoid, Some(GridError::OverlappingProjection { .. }));
     assert_eq!(refusal("half depth"), None);
     assert_eq!(refusal("straight"), None);
     let nan = [DVec2::NAN, DVec2::ONE];
@@ -205,10 +200,7 @@ fn grid_refuses_what_it_cannot_do() {
                 ..settings
             },
         );
-        assert!(
-            matches!(refused, Some(GridError::TooLarge { .. })),
-            "{spacing}"
-        );
+        assert_matches!(refused, Some(GridError::TooLarge { .. }));
     }
     // A region whose own middle the separators give away: the blade swings about a point between.
     let swing: Vec<[DVec3; 2]> = (0..=6)
@@ -220,10 +212,10 @@ fn grid_refuses_what_it_cannot_do() {
             ]
         })
         .collect();
-    assert!(matches!(
+    assert_matches!(
         EnrichmentGrid::from_blades(&swing, &settings).err(),
         Some(GridError::AmbiguousRegion { .. } | GridError::OverlappingProjection { .. })
-    ));
+    );
 }
 
 #[test]

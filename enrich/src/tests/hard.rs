@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use proptest::prelude::*;
+use testkit::assert_matches;
 use testkit::cloud::Random;
 use testkit::strategies::vector;
 
@@ -33,10 +34,10 @@ fn bad_captures_are_refused_and_change_nothing() {
     let stroke = cuts.start(&blade(0.5, 0.0)).unwrap();
     cuts.append(stroke, &blade(0.5, 0.3)).unwrap();
     let bad = [DVec3::ZERO, DVec3::new(0.0, f64::NAN, 1.0)];
-    assert!(matches!(
+    assert_matches!(
         cuts.append(stroke, &bad),
         Err(CutError::NotFinite { point: 1, .. })
-    ));
+    );
     assert_eq!(
         cuts.append(stroke, &bad[..1]),
         Err(CutError::TooFewPoints { found: 1 })
@@ -197,16 +198,8 @@ fn threads_do_not_change_a_bit() {
         &vec![vec![blade(0.45, -0.3), blade(0.55, 0.6), blade(0.4, 0.9)]],
         &settings(&cloud),
     );
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(1)
-        .build()
-        .unwrap();
-    let one = pool.install(|| factors(&cloud, &cuts));
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(4)
-        .build()
-        .unwrap();
-    assert_eq!(pool.install(|| factors(&cloud, &cuts)), one);
+    let on = |threads| testkit::on_threads(threads, || factors(&cloud, &cuts));
+    assert_eq!(on(4), on(1));
 }
 
 /// A random strip that wanders through the unit cube.

@@ -143,12 +143,10 @@ fn many_points_answer_as_one_by_one_on_any_number_of_threads() {
     let values: Vec<_> = asked.iter().map(|&x| cloud.value(x, &field)).collect();
     assert!(serial.iter().any(Result::is_ok) && serial.iter().any(Result::is_err));
     for threads in [1, 2, 5] {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
-        assert_eq!(pool.install(|| cloud.samples(&asked, &field)), serial);
-        assert_eq!(pool.install(|| cloud.values(&asked, &field)), values);
+        let both = || (cloud.samples(&asked, &field), cloud.values(&asked, &field));
+        let (samples, all) = testkit::on_threads(threads, both);
+        assert_eq!(samples, serial);
+        assert_eq!(all, values);
     }
     let shape = cloud.shape_functions(DVec3::splat(3.2)).unwrap();
     assert!((shape.values.iter().sum::<f64>() - 1.0).abs() < 1e-13);

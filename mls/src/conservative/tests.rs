@@ -3,6 +3,7 @@ use crate::search::within_radius;
 use crate::symmetric::outer;
 use crate::weights::{inverse_square_weights, kernel_weights};
 use glam::DQuat;
+use testkit::assert_matches;
 use testkit::kuhn::{Block, graded, kuhn_block as block, organ};
 use testkit::tol::{assert_below, assert_within};
 
@@ -214,10 +215,10 @@ fn bad_input_is_named() {
         value: -1.0,
     };
     assert_eq!(try_with(&|_, w| w[7] = -1.0), weight);
-    assert!(matches!(
+    assert_matches!(
         try_with(&|b, _| b.volumes.truncate(4)),
         StencilError::Graph(_)
-    ));
+    );
     let lopsided = Neighborhoods::from_graph(vec![0, 1, 1], vec![1]).unwrap();
     let made = GradientStencils::conservative(
         &[DVec3::ZERO, DVec3::X],
@@ -229,7 +230,7 @@ fn bad_input_is_named() {
     );
     assert!(matches!(made, Err(StencilError::Graph(_))));
     let (_, mut s) = build(&block);
-    assert!(matches!(
+    assert_matches!(
         s.update_rows(
             &block.positions,
             &graph,
@@ -237,7 +238,7 @@ fn bad_input_is_named() {
             &[0]
         ),
         Err(StencilError::Weight { pair: 0, .. })
-    ));
+    );
 }
 
 #[test]
@@ -390,10 +391,6 @@ fn one_thread_and_many_are_bitwise_identical() {
     let block = block([13, 13, 13], 1.0, 0.2, 8);
     let (_, many) = build(&block);
     for threads in [1, 3] {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
-        assert_eq!(pool.install(|| build(&block).1), many);
+        assert_eq!(testkit::on_threads(threads, || build(&block).1), many);
     }
 }

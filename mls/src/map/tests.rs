@@ -3,6 +3,7 @@ use crate::kernel::Kernel;
 use crate::search::{NearestSettings, k_nearest};
 use crate::weights::mean_neighbor_distance;
 use glam::DMat3;
+use testkit::assert_matches;
 use testkit::cloud;
 use testkit::derivative::directional_error;
 use testkit::tol::{assert_below, assert_within};
@@ -277,25 +278,25 @@ fn a_preimage_is_in_tissue_or_not_at_all() {
 fn bad_input_is_named() {
     let body = body();
     let empty = Neighborhoods::from_graph(vec![0], vec![]).unwrap();
-    assert!(matches!(
+    assert_matches!(
         MaterialMap::new(&[], &[], &empty),
         Err(MapError::Cloud(CloudError::Empty))
-    ));
+    );
     let zero = vec![0.0; body.points.len()];
-    assert!(matches!(
+    assert_matches!(
         MaterialMap::new(&body.points, &zero, &body.graph),
         Err(MapError::Cloud(CloudError::NotPositive { .. }))
-    ));
-    assert!(matches!(
+    );
+    assert_matches!(
         body.map.frame(&body.points[1..], &[]),
         Err(MapError::Graph(_))
-    ));
+    );
     let mut gradients = vec![DMat3::IDENTITY; body.points.len()];
     gradients[4].x_axis.x = f64::NAN;
-    assert!(matches!(
+    assert_matches!(
         body.map.frame(&body.points, &gradients),
         Err(MapError::DeformationGradient { node: 4 })
-    ));
+    );
 }
 
 /// The walk that ends early and serves several iterates finds what a plain search of all nodes does.

@@ -5,6 +5,7 @@
 
 use super::*;
 use proptest::prelude::*;
+use testkit::assert_matches;
 use testkit::cloud;
 
 /// All other nodes by distance, then index: what the tree must agree with.
@@ -121,10 +122,10 @@ fn bad_input_is_named() {
             value: -1.0
         })
     );
-    assert!(matches!(
+    assert_matches!(
         within_radius(&points, f64::NAN),
         Err(CloudError::NotPositive { .. })
-    ));
+    );
     points[3].y = f64::NAN;
     assert_eq!(
         k_nearest(&points, &settings),
@@ -135,13 +136,8 @@ fn bad_input_is_named() {
 #[test]
 fn one_thread_and_many_give_the_same_rows() {
     let points = cloud::uniform(3000, 1.0, 21);
-    let many = k_nearest(&points, &NearestSettings::default()).unwrap();
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(1)
-        .build()
-        .unwrap();
-    let one = pool.install(|| k_nearest(&points, &NearestSettings::default()).unwrap());
-    assert_eq!(one, many);
+    let rows = || k_nearest(&points, &NearestSettings::default()).unwrap();
+    assert_eq!(testkit::on_threads(1, rows), rows());
 }
 
 proptest! {

@@ -4,6 +4,7 @@ use crate::search::{NearestSettings, k_nearest};
 use crate::weights::kernel_weights;
 use glam::DQuat;
 use proptest::prelude::*;
+use testkit::assert_matches;
 use testkit::cloud;
 use testkit::strategies::{rotation, scale, vector};
 use testkit::tol::assert_below;
@@ -129,10 +130,10 @@ fn bad_input_is_named() {
     let (graph, s) = build(&points);
     let mut weights = s.weights.clone();
     weights[3] = f64::INFINITY;
-    assert!(matches!(
+    assert_matches!(
         GradientStencils::plain(&points, &graph, weights, 1e-3),
         Err(StencilError::Weight { pair: 3, .. })
-    ));
+    );
     let short = GradientStencils::plain(&points[..29], &graph, s.weights.clone(), 1e-3);
     let told = short.unwrap_err().to_string();
     assert_eq!(told, "29 positions given, the graph needs 30");

@@ -322,8 +322,7 @@ fn same_bits_at_any_thread_count() {
         DrawMode::SinglePass,
     ];
     let with = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        pool.build().unwrap().install(|| {
+        testkit::on_threads(threads, || {
             let (tissue, splats) = opened_block(true, 0.2);
             let view = tissue.view(&splats, &colors);
             modes.map(|mode| Renderer::new(settings(mode, 2)).draw(&view, &tool, &camera))

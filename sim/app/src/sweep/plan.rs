@@ -290,12 +290,6 @@ impl Plan {
             .into_owned()
     }
 
-    /// The plan's file.
-    #[must_use]
-    pub fn file(&self) -> &Path {
-        &self.source.file
-    }
-
     /// Where the plan has one of the changes that all cases share; where it names the scene if it has no such.
     #[must_use]
     pub fn place_of_change(&self, change: &str) -> Place {
