@@ -17,10 +17,7 @@ impl Kept {
     pub(crate) fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("scene.ron"), SCENE).unwrap();
-        let ended = watch::run(
-            folder.path(),
-            &["run", "scene.ron", "--out", "out", "--quiet"],
-        );
+        let ended = watch::run(folder.path(), "run scene.ron --out out --quiet");
         assert!(ended.status.success(), "{}", ended.stderr);
         Self(std::fs::read(folder.path().join("out/state.checkpoint")).unwrap())
     }
@@ -33,20 +30,9 @@ impl Kept {
         };
         let same = damaged == self.0;
         std::fs::write(folder.join("state.checkpoint"), &damaged).unwrap();
-        let arguments = [
-            "run",
-            "--resume",
-            "state.checkpoint",
-            "--out",
-            "out",
-            "--threads",
-            "1",
-            "--quiet",
-            "--json",
-            "--set",
-            "integration.duration=0.0065",
-        ];
-        let ended = watch::run(folder, &arguments);
+        let line = "run --resume state.checkpoint --out out --threads 1 --quiet --json \
+                    --set integration.duration=0.0065";
+        let ended = watch::run(folder, line);
         let sealed = seal(&damaged[..damaged.len().saturating_sub(4)]);
         let fits = damaged.ends_with(&sealed);
         ended.fault().or_else(|| {

@@ -33,7 +33,7 @@ impl Whole {
     pub(crate) fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("scene.ron"), SCENE).unwrap();
-        let ended = watch::run(folder.path(), &START);
+        let ended = watch::run(folder.path(), START);
         assert!(ended.status.success(), "{}", ended.stderr);
         Self(folder)
     }
@@ -48,7 +48,7 @@ impl Whole {
         // One of them is a little too large.
         let blocks = (*random.pick(&sizes) as usize / 512).max(2);
         std::fs::write(folder.join("scene.ron"), SCENE).unwrap();
-        let ended = watch::run_with_little_space(folder, &START, blocks);
+        let ended = watch::run_with_little_space(folder, START, blocks);
         if let Some(fault) = ended.fault().or_else(|| leftovers(folder)) {
             return Some(format!("{blocks} blocks: {fault}"));
         }

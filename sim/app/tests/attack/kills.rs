@@ -9,23 +9,8 @@ use crate::watch;
 
 pub(crate) const SCENE: &str = include_str!("killed.ron");
 
-pub(crate) const START: [&str; 7] = [
-    "run",
-    "scene.ron",
-    "--out",
-    "out",
-    "--threads",
-    "1",
-    "--quiet",
-];
-const RESUME: [&str; 6] = [
-    "run",
-    "--resume",
-    "out/state.checkpoint",
-    "--threads",
-    "1",
-    "--quiet",
-];
+pub(crate) const START: &str = "run scene.ron --out out --threads 1 --quiet";
+const RESUME: &str = "run --resume out/state.checkpoint --threads 1 --quiet";
 
 pub(crate) fn case(folder: &Path, random: &mut Random) -> Option<String> {
     let quiet = folder.join("quiet");
@@ -34,18 +19,15 @@ pub(crate) fn case(folder: &Path, random: &mut Random) -> Option<String> {
         std::fs::write(folder.join("scene.ron"), SCENE).unwrap();
     }
     let begun = Instant::now();
-    let whole = watch::run(&quiet, &START);
+    let whole = watch::run(&quiet, START);
     let took = begun.elapsed().as_secs_f64();
-    if let Some(fault) = whole
-        .fault()
-        .or_else(|| (!whole.status.success()).then_some(whole.stderr))
-    {
+    if let Some(fault) = whole.failure() {
         return Some(format!("undisturbed: {fault}"));
     }
     let mut times = Vec::new();
     for attempt in 0..10 {
         let kept = folder.join("out/state.checkpoint").exists();
-        let arguments = if kept { &RESUME[..] } else { &START[..] };
+        let line = if kept { RESUME } else { START };
         // Twice at most, then it may come to its end.
         let after = if attempt < 1 + random.below(2) {
             random.between(0.0, 1.1 * took)
@@ -53,19 +35,13 @@ pub(crate) fn case(folder: &Path, random: &mut Random) -> Option<String> {
             1e4
         };
         times.push(after);
-        let (ended, killed) =
-            watch::run_and_kill(folder, arguments, Duration::from_secs_f64(after));
-        if killed
-            && ended
-                .fault()
-                .is_some_and(|fault| fault.contains("signal 9"))
-        {
+        let after = Duration::from_secs_f64(after);
+        let (ended, killed) = watch::run_and_kill(folder, line, after);
+        let fault = ended.fault();
+        if killed && (fault.as_ref()).is_some_and(|fault| fault.contains("signal 9")) {
             continue;
         }
-        if let Some(fault) = ended
-            .fault()
-            .or_else(|| (!ended.status.success()).then_some(ended.stderr))
-        {
+        if let Some(fault) = ended.failure() {
             return Some(format!("after {times:.3?} s: {fault}"));
         }
         let fault = leftovers(folder).or_else(|| differs(&quiet.join("out"), &folder.join("out")));

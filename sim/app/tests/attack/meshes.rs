@@ -33,10 +33,8 @@ pub(crate) fn case(folder: &Path, random: &mut Random) -> Option<String> {
     let name = format!("body.{ending}");
     std::fs::write(folder.join(&name), &bytes).unwrap();
     let nodes = (30 + random.below(1500)).to_string();
-    let spacing = format!(
-        "{:?}",
-        surface.size().max_element() * random.between(0.03, 0.4)
-    );
+    let spacing = surface.size().max_element() * random.between(0.03, 0.4);
+    let spacing = format!("{spacing:?}");
     let target = format!("bodies[0].sampling.target=Nodes({nodes})");
     let mut arguments = match random.below(10) {
         0 => vec!["check", &name, "--json", "--set", &target],
@@ -49,8 +47,8 @@ pub(crate) fn case(folder: &Path, random: &mut Random) -> Option<String> {
     if sampled {
         arguments.extend(["--out", "nodes.vtk"]);
     }
-    let ended = watch::run(folder, &arguments);
     let line = arguments.join(" ");
+    let ended = watch::run(folder, &line);
     if let Some(fault) = ended.fault() {
         return Some(format!("{line}: {fault}"));
     }
@@ -99,18 +97,14 @@ fn advice_fails(folder: &Path, arguments: &[&str], ended: &Ended) -> Option<Stri
     if number_after(&ended.stderr, "(about ").is_some_and(|nodes| nodes > 5e4) {
         return None;
     }
-    let second = watch::run(folder, &again);
     let line = again.join(" ");
+    let second = watch::run(folder, &line);
     if let Some(fault) = second.fault() {
         return Some(format!("after '{}' {line}: {fault}", ended.stderr));
     }
     // A finer lattice may reveal a part that the coarser one lost with all the rest.
     let other = ["Slender", "parts vanish", "fills"];
     let still = !second.status.success() && !other.iter().any(|w| second.stderr.contains(w));
-    still.then(|| {
-        format!(
-            "its advice fails: {} {line}: {}",
-            ended.stderr, second.stderr
-        )
-    })
+    let (first, second) = (&ended.stderr, &second.stderr);
+    still.then(|| format!("its advice fails: {first} {line}: {second}"))
 }

@@ -23,10 +23,7 @@ pub(crate) fn case(folder: &Path, random: &mut Random) -> Option<String> {
     }
     std::fs::write(folder.join("plan.ron"), &bytes).unwrap();
     std::fs::write(folder.join("block.ron"), BLOCK).unwrap();
-    let ended = watch::run(
-        folder,
-        &["sweep", "plan.ron", "--out", "out", "--list", "--quiet"],
-    );
+    let ended = watch::run(folder, "sweep plan.ron --out out --list --quiet");
     let named = ["plan.ron", "block.ron", "--set"];
     let fault = ended.fault().or_else(|| {
         let said = named.iter().any(|name| ended.stderr.contains(name));

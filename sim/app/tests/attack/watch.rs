@@ -52,6 +52,12 @@ impl Ended {
         }
     }
 
+    /// The same, or what it says where it did not succeed.
+    pub(crate) fn failure(&self) -> Option<String> {
+        let failed = || (!self.status.success()).then(|| self.stderr.clone());
+        self.fault().or_else(failed)
+    }
+
     fn not_a_number(&self) -> Option<String> {
         let mut words = self.stdout.split(|c: char| !c.is_alphanumeric());
         words
@@ -60,9 +66,9 @@ impl Ended {
     }
 }
 
-/// The program with arguments, in a folder, its output going to files there.
-fn start(folder: &Path, arguments: &[&str]) -> Child {
-    begin(Command::new(program()), folder, arguments)
+/// The program with the words of a line, in a folder, its output going to files there.
+fn start(folder: &Path, line: &str) -> Child {
+    begin(Command::new(program()), folder, line)
 }
 
 fn program() -> std::ffi::OsString {
@@ -70,11 +76,11 @@ fn program() -> std::ffi::OsString {
     std::env::var_os("PHYXEL_ATTACK_PROGRAM").unwrap_or(built)
 }
 
-fn begin(mut command: Command, folder: &Path, arguments: &[&str]) -> Child {
+fn begin(mut command: Command, folder: &Path, line: &str) -> Child {
     let file = |name: &str| File::create(folder.join(name)).unwrap();
     command
         .env("RAYON_NUM_THREADS", "1")
-        .args(arguments)
+        .args(line.split_whitespace())
         .current_dir(folder)
         .stdout(file(".stdout"))
         .stderr(file(".stderr"))
@@ -83,23 +89,23 @@ fn begin(mut command: Command, folder: &Path, arguments: &[&str]) -> Child {
 }
 
 /// Runs the program to its end, or to the first limit that it passes.
-pub(crate) fn run(folder: &Path, arguments: &[&str]) -> Ended {
-    wait(folder, start(folder, arguments), None)
+pub(crate) fn run(folder: &Path, line: &str) -> Ended {
+    wait(folder, start(folder, line), None)
 }
 
 /// Runs the program with a limit of so many blocks of 512 bytes a file, beyond which writing fails.
-pub(crate) fn run_with_little_space(folder: &Path, arguments: &[&str], blocks: usize) -> Ended {
+pub(crate) fn run_with_little_space(folder: &Path, line: &str, blocks: usize) -> Ended {
     let limited = "trap '' XFSZ; ulimit -f \"$0\"; exec \"$@\"";
     let mut shell = Command::new("sh");
     shell
         .args(["-c", limited, &blocks.to_string()])
         .arg(program());
-    wait(folder, begin(shell, folder, arguments), None)
+    wait(folder, begin(shell, folder, line), None)
 }
 
 /// Runs the program and kills it after a time, if it has not ended by then; whether it was killed.
-pub(crate) fn run_and_kill(folder: &Path, arguments: &[&str], after: Duration) -> (Ended, bool) {
-    let ended = wait(folder, start(folder, arguments), Some(after));
+pub(crate) fn run_and_kill(folder: &Path, line: &str, after: Duration) -> (Ended, bool) {
+    let ended = wait(folder, start(folder, line), Some(after));
     let killed = ended.status.signal() == Some(9);
     (ended, killed)
 }

@@ -18,7 +18,7 @@ fn errors_say_what_where_and_how_to_mend_it() {
     for case in cases::cases() {
         let sandbox = Sandbox::new(&case.files);
         let before = sandbox.files();
-        let result = sandbox.run(&case.arguments);
+        let result = sandbox.run_with(&case.arguments);
         assert_eq!(result.status, 1, "{}: {result:?}", case.name);
         assert_eq!(result.stdout, "", "{}", case.name);
         assert_eq!(sandbox.files(), before, "{}: something was left", case.name);
@@ -48,36 +48,29 @@ fn errors_say_what_where_and_how_to_mend_it() {
 #[test]
 fn scenes_lists_prints_and_documents() {
     let sandbox = Sandbox::empty();
-    let list = sandbox.run(&["scenes"]);
+    let list = sandbox.run("scenes");
     assert_eq!(list.status, 0, "{list:?}");
     assert!(list.stdout.starts_with("liver "), "{}", list.stdout);
-    let printed = sandbox.run(&["scenes", "liver"]);
+    let printed = sandbox.run("scenes liver");
     assert_eq!(
         printed.stdout,
         include_str!("../../../scene/scenes/liver.ron")
     );
-    let keys = sandbox.run(&["scenes", "--keys"]);
+    let keys = sandbox.run("scenes --keys");
     assert_eq!(keys.stdout, include_str!("../../../scene/SCENES.md"));
     // What is printed is a scene to start from.
     let sandbox = Sandbox::new(&[("mine.ron", printed.stdout.as_bytes())]);
     let few = "bodies[0].sampling.target=Nodes(300)";
-    let check = sandbox.run(&["check", "mine.ron", "--set", few]);
+    let check = sandbox.run(&format!("check mine.ron --set {few}"));
     assert_eq!((check.status, check.stderr.as_str()), (0, ""), "{check:?}");
     // All but what was timed is the same.
     let untimed = |text: &str| -> Vec<String> {
-        let lines = text
-            .lines()
-            .map(|line| line.split(" %").next().unwrap_or(line));
-        lines
-            .filter(|line| {
-                !["  all ", "  time: "]
-                    .iter()
-                    .any(|timed| line.contains(timed))
-            })
-            .map(str::to_owned)
-            .collect()
+        let lines = text.lines().map(|line| line.split(" %").next().unwrap());
+        let is_timed = |line: &&str| line.contains("  all ") || line.contains("  time: ");
+        let others = lines.filter(|line| !is_timed(line));
+        others.map(str::to_owned).collect()
     };
-    let embedded = sandbox.run(&["check", "liver", "--set", few]);
+    let embedded = sandbox.run(&format!("check liver --set {few}"));
     assert_eq!(untimed(&check.stdout), untimed(&embedded.stdout));
 }
 
@@ -85,18 +78,10 @@ fn scenes_lists_prints_and_documents() {
 fn sample_fills_a_mesh_with_nodes() {
     let mesh = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
     let sandbox = Sandbox::new(&[("organ.obj", mesh)]);
-    let vtk = sandbox.run(&["sample", "organ.obj", "--spacing", "0.1"]);
+    let vtk = sandbox.run("sample organ.obj --spacing 0.1");
     assert_eq!(vtk.status, 0, "{vtk:?}");
     assert!(vtk.stderr.contains("dihedral angles"), "{}", vtk.stderr);
-    let ply = sandbox.run(&[
-        "sample",
-        "organ.obj",
-        "--nodes",
-        "500",
-        "--out",
-        "a/b.ply",
-        "--quiet",
-    ]);
+    let ply = sandbox.run("sample organ.obj --nodes 500 --out a/b.ply --quiet");
     assert_eq!((ply.status, ply.stderr.as_str()), (0, ""), "{ply:?}");
     assert_eq!(
         sandbox.files(),
@@ -104,32 +89,15 @@ fn sample_fills_a_mesh_with_nodes() {
     );
     let vtk = std::fs::read(sandbox.path().join("organ.nodes.vtk")).unwrap();
     assert!(vtk.starts_with(b"# vtk DataFile"), "a VTK file");
-    let points = [
-        "sample",
-        "organ.obj",
-        "--spacing",
-        "0.1",
-        "--points",
-        "--refine",
-        "-0.1,0,0,0.3,0.5",
-    ];
-    let points = sandbox.run(&points);
+    let points = "sample organ.obj --spacing 0.1 --points --refine -0.1,0,0,0.3,0.5";
+    let points = sandbox.run(points);
     assert_eq!(points.status, 0, "{points:?}");
-    let graded = [
-        "sample",
-        "organ.obj",
-        "--spacing",
-        "0.04",
-        "--coarsest",
-        "4",
-        "--out",
-        "a/c.vtk",
-    ];
-    let graded = sandbox.run(&graded);
+    let graded = "sample organ.obj --spacing 0.04 --coarsest 4 --out a/c.vtk";
+    let graded = sandbox.run(graded);
     assert_eq!(graded.status, 0, "{graded:?}");
     std::fs::remove_file(sandbox.path().join("a/c.vtk")).unwrap();
     // The surface that was written is a mesh that can be sampled again.
-    let again = sandbox.run(&["sample", "a/b.ply", "--nodes", "200"]);
+    let again = sandbox.run("sample a/b.ply --nodes 200");
     assert_eq!(again.status, 0, "{again:?}");
 }
 
@@ -153,7 +121,7 @@ fn an_image_colours_a_body() {
             ("scene.ron", scene(surfels).into_bytes()),
             ("blue.png", png.clone()),
         ]);
-        let result = sandbox.run(&["run", "scene.ron", "--quiet", "--out", "here"]);
+        let result = sandbox.run("run scene.ron --quiet --out here");
         assert_eq!((result.status, result.stderr.as_str()), (0, ""));
         let file = std::fs::File::open(sandbox.path().join("here/frames/frame-00000.png")).unwrap();
         let frame = phyxel_splat::Frame::read_png(std::io::BufReader::new(file)).unwrap();
@@ -181,7 +149,7 @@ fn an_interrupted_run_can_be_gone_on_with() {
             observe: (history_rate: 1, checkpoint: None),
         )"#,
     )]);
-    let mut child = sandbox.start(&["run", "block.ron", "--out", "here", "--quiet"]);
+    let mut child = sandbox.start("run block.ron --out here --quiet");
     // The folder appears before the first step; a little later the run is on its way.
     while !sandbox.path().join("here/scene.ron").exists() {
         assert!(child.try_wait().unwrap().is_none(), "it ended by itself");
@@ -204,10 +172,8 @@ fn an_interrupted_run_can_be_gone_on_with() {
         "here/state.checkpoint",
     ];
     assert_eq!(sandbox.files(), left);
-    let short = ["--set", "integration.duration=1e-3", "--quiet", "--json"];
-    let mut arguments = vec!["run", "--resume", "here/state.checkpoint"];
-    arguments.extend(short);
-    let resumed = sandbox.run(&arguments);
+    let again = "run --resume here/state.checkpoint --set integration.duration=1e-3 --quiet --json";
+    let resumed = sandbox.run(again);
     assert_eq!((resumed.status, resumed.stderr.as_str()), (0, ""));
     assert!(sandbox.path().join("here/summary.json").exists());
 }
@@ -215,16 +181,16 @@ fn an_interrupted_run_can_be_gone_on_with() {
 #[test]
 fn usage_errors_have_their_own_status() {
     let sandbox = Sandbox::empty();
-    for arguments in [
-        &["chek", "liver"][..],
-        &["check"],
-        &["run", "liver", "--threads", "0"],
-        &["run", "liver", "--thread", "2"],
-        &["scenes", "liver", "--keys"],
+    for line in [
+        "chek liver",
+        "check",
+        "run liver --threads 0",
+        "run liver --thread 2",
+        "scenes liver --keys",
     ] {
-        let result = sandbox.run(arguments);
-        assert_eq!(result.status, 2, "{arguments:?}: {result:?}");
-        assert!(result.stderr.starts_with("error: "), "{arguments:?}");
-        assert_eq!(sandbox.files(), Vec::<String>::new(), "{arguments:?}");
+        let result = sandbox.run(line);
+        assert_eq!(result.status, 2, "{line}: {result:?}");
+        assert!(result.stderr.starts_with("error: "), "{line}");
+        assert_eq!(sandbox.files(), Vec::<String>::new(), "{line}");
     }
 }

@@ -40,8 +40,13 @@ impl Sandbox {
         self.folder.path()
     }
 
+    /// Runs the program with the words of a line.
+    pub(crate) fn run(&self, line: &str) -> Outcome {
+        self.run_with(&line.split_whitespace().collect::<Vec<_>>())
+    }
+
     /// Runs the program; in its output the folder is called `FOLDER`.
-    pub(crate) fn run(&self, arguments: &[impl AsRef<str>]) -> Outcome {
+    pub(crate) fn run_with(&self, arguments: &[impl AsRef<str>]) -> Outcome {
         let output = Command::new(env!("CARGO_BIN_EXE_phyxel"))
             .args(arguments.iter().map(AsRef::as_ref))
             .current_dir(self.path())
@@ -60,11 +65,11 @@ impl Sandbox {
         }
     }
 
-    /// Starts the program and does not wait for it.
+    /// Starts the program with the words of a line and does not wait for it.
     #[cfg(unix)]
-    pub(crate) fn start(&self, arguments: &[&str]) -> std::process::Child {
+    pub(crate) fn start(&self, line: &str) -> std::process::Child {
         Command::new(env!("CARGO_BIN_EXE_phyxel"))
-            .args(arguments)
+            .args(line.split_whitespace())
             .current_dir(self.path())
             .stderr(std::process::Stdio::piped())
             .spawn()

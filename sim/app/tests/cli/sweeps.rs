@@ -15,19 +15,20 @@ fn sandbox() -> Sandbox {
 }
 
 /// Runs the program, which must succeed; what it says to people.
-fn done(sandbox: &Sandbox, arguments: &[&str]) -> String {
-    let result = sandbox.run(arguments);
-    assert_eq!(
-        (result.status, result.stdout.as_str()),
-        (0, ""),
-        "{result:?}"
-    );
+fn done(sandbox: &Sandbox, line: &str) -> String {
+    let result = sandbox.run(line);
+    let told = (result.status, result.stdout.as_str());
+    assert_eq!(told, (0, ""), "{result:?}");
     result.stderr
+}
+
+fn says(said: &str, part: &str) {
+    assert!(said.contains(part), "no `{part}` in {said}");
 }
 
 /// The tables of a sweep that is finished.
 fn collected(sandbox: &Sandbox) -> BTreeMap<String, Vec<u8>> {
-    done(sandbox, &["sweep", "plan.ron", "--collect"]);
+    done(sandbox, "sweep plan.ron --collect");
     let entries = fs::read_dir(sandbox.path().join("out/plan"))
         .unwrap()
         .flatten();
@@ -43,38 +44,22 @@ fn collected(sandbox: &Sandbox) -> BTreeMap<String, Vec<u8>> {
 #[test]
 fn whoever_runs_the_cases_the_table_is_the_same() {
     let one = sandbox();
-    let said = done(&one, &["sweep", "plan.ron", "--jobs", "1"]);
-    assert!(
-        said.contains("9 cases: 0 finished before, 9 now, 0 failed"),
-        "{said}"
-    );
+    let said = done(&one, "sweep plan.ron --jobs 1");
+    says(&said, "9 cases: 0 finished before, 9 now, 0 failed");
     let table = collected(&one);
     let names: Vec<&str> = table.keys().map(String::as_str).collect();
     let expected = ["cases.jsonl", "quantiles.csv", "results.csv"];
     assert_eq!(names, expected);
     let quantiles = String::from_utf8(table["quantiles.csv"].clone()).unwrap();
-    let found: Vec<&str> = quantiles
-        .lines()
-        .map(|row| row.split(',').next().unwrap())
-        .collect();
-    assert_eq!(
-        found,
-        [
-            "result",
-            "healthy",
-            "elastic_J",
-            "captures",
-            "largest kinetic_J",
-            "det F"
-        ]
-    );
+    let rows = quantiles.lines();
+    let found: Vec<&str> = rows.map(|row| row.split(',').next().unwrap()).collect();
+    let expected = "result,healthy,elastic_J,captures,largest kinetic_J,det F";
+    assert_eq!(found.join(","), expected);
     let results = String::from_utf8(table["results.csv"].clone()).unwrap();
     let mut rows = csv::Reader::from_reader(results.as_bytes());
     let header = "case,stiffness,nodes,stroke,ended,healthy,warnings,elastic_J,captures,largest kinetic_J,det F,error";
-    assert_eq!(
-        rows.headers().unwrap().iter().collect::<Vec<_>>().join(","),
-        header
-    );
+    let found: Vec<&str> = rows.headers().unwrap().iter().collect();
+    assert_eq!(found.join(","), header);
     let rows: Vec<csv::StringRecord> = rows.records().map(Result::unwrap).collect();
     assert_eq!(rows.len(), 9);
     // What is in the table is what the runs say of themselves.
@@ -85,50 +70,22 @@ fn whoever_runs_the_cases_the_table_is_the_same() {
     let bits = |text: &str| text.parse::<f64>().unwrap().to_bits();
     assert_eq!(bits(&rows[3][7]), elastic.to_bits());
     let nodes = summary["bodies"][0]["nodes"].as_f64().unwrap();
-    assert!(
-        (nodes / rows[3][2].parse::<f64>().unwrap() - 1.0).abs() < 0.5,
-        "{nodes}"
-    );
+    let asked: f64 = rows[3][2].parse().unwrap();
+    assert!((nodes / asked - 1.0).abs() < 0.5, "{nodes}");
     let history = fs::read_to_string(folder.join("history.csv")).unwrap();
-    let kinetic = history
-        .lines()
-        .skip(1)
-        .map(|line| line.split(',').nth(3).unwrap());
-    let kinetic = kinetic
-        .map(|text| text.parse::<f64>().unwrap())
-        .fold(0.0, f64::max);
+    let kinetic = history.lines().skip(1).map(|line| line.split(',').nth(3));
+    let kinetic = kinetic.map(|text| text.unwrap().parse::<f64>().unwrap());
+    let kinetic = kinetic.fold(0.0, f64::max);
     assert_eq!(bits(&rows[3][9]), kinetic.to_bits());
 
     let two = sandbox();
-    done(
-        &two,
-        &[
-            "sweep",
-            "plan.ron",
-            "--jobs",
-            "2",
-            "--threads",
-            "2",
-            "--quiet",
-        ],
-    );
+    done(&two, "sweep plan.ron --jobs 2 --threads 2 --quiet");
     assert_eq!(collected(&two), table, "two at a time");
     let tasks = sandbox();
-    done(&tasks, &["sweep", "plan.ron", "--list"]);
+    done(&tasks, "sweep plan.ron --list");
     for case in [3, 1, 9, 2, 4, 8, 5, 7, 6] {
-        let case = case.to_string();
-        done(
-            &tasks,
-            &[
-                "sweep",
-                "plan.ron",
-                "--case",
-                &case,
-                "--threads",
-                "1",
-                "--quiet",
-            ],
-        );
+        let line = format!("sweep plan.ron --case {case} --threads 1 --quiet");
+        done(&tasks, &line);
     }
     assert_eq!(collected(&tasks), table, "one by one, in any order");
 }
@@ -146,49 +103,34 @@ fn what_is_finished_is_not_run_again_and_what_changed_is() {
         )
     };
     let write = |plan: String| fs::write(sandbox.path().join("plan.ron"), plan).unwrap();
-    let run = |more: &[&str]| {
-        let result = sandbox.run(&[&["sweep", "plan.ron"], more].concat());
+    let run = |more: &str| {
+        let result = sandbox.run(&format!("sweep plan.ron {more}"));
         assert_eq!(result.status, 1, "{result:?}");
         result.stderr
     };
     write(plan("2e4", "1000", ""));
     // Everything is held in the third, so that nothing resists motion.
-    let said = run(&[]);
-    assert!(
-        said.contains("3 cases: 0 finished before, 3 now, 1 failed of all"),
-        "{said}"
-    );
+    let said = run("");
+    says(&said, "3 cases: 0 finished before, 3 now, 1 failed of all");
     let why = "case 3 failed: body 'body': nothing resists motion";
     assert!(said.contains(why), "{said}");
     assert!(said.ends_with("runs the failed ones again\n"), "{said}");
-    let said = run(&[]);
-    assert!(
-        said.contains("3 cases: 3 finished before, 0 now, 1 failed of all"),
-        "{said}"
-    );
+    let said = run("");
+    says(&said, "3 cases: 3 finished before, 0 now, 1 failed of all");
     assert!(said.contains(why), "still told: {said}");
     // A disk that was full leaves a file of nothing: its case is run again, not collected blank.
-    fs::write(
-        sandbox.path().join("out/plan/cases/000001/summary.json"),
-        "",
-    )
-    .unwrap();
-    let said = run(&[]);
-    assert!(
-        said.contains("3 cases: 2 finished before, 1 now, 1 failed of all"),
-        "{said}"
-    );
-    let said = run(&["--retry"]);
-    assert!(
-        said.contains("3 cases: 2 finished before, 1 now, 1 failed of all"),
-        "{said}"
-    );
-    let said = run(&["--case", "3"]);
+    let summary = "out/plan/cases/000001/summary.json";
+    fs::write(sandbox.path().join(summary), "").unwrap();
+    let said = run("");
+    says(&said, "3 cases: 2 finished before, 1 now, 1 failed of all");
+    let said = run("--retry");
+    says(&said, "3 cases: 2 finished before, 1 now, 1 failed of all");
+    let said = run("--case 3");
     assert!(
         said.starts_with("error: case 3: body 'body': nothing resists"),
         "{said}"
     );
-    let collect = done(&sandbox, &["sweep", "plan.ron", "--collect"]);
+    let collect = done(&sandbox, "sweep plan.ron --collect");
     assert!(collect.starts_with("3 cases: 2 ended, "), "{collect}");
     let table = || fs::read_to_string(sandbox.path().join("out/plan/results.csv")).unwrap();
     let last = table().lines().last().unwrap().to_owned();
@@ -200,48 +142,27 @@ fn what_is_finished_is_not_run_again_and_what_changed_is() {
 
     // Another value: its case alone. Another result: no case. Another scene: all of them.
     write(plan("2.5e4", "1000", ""));
-    let said = run(&[]);
-    assert!(said.contains("3 cases: 2 finished before, 1 now"), "{said}");
-    write(plan(
-        "2.5e4",
-        "1000",
-        ", results: [Summary(path: \"stepping.steps\")]",
-    ));
-    assert!(
-        run(&[]).contains("3 cases: 3 finished before, 0 now"),
-        "results"
-    );
-    done(&sandbox, &["sweep", "plan.ron", "--collect"]);
-    assert!(
-        table().starts_with("case,bodies[0].material.youngs_modulus,supports[0].region,ended,")
-    );
-    assert!(
-        table()
-            .lines()
-            .next()
-            .unwrap()
-            .ends_with("warnings,stepping.steps,error")
-    );
+    let said = run("");
+    says(&said, "3 cases: 2 finished before, 1 now");
+    let results = ", results: [Summary(path: \"stepping.steps\")]";
+    write(plan("2.5e4", "1000", results));
+    says(&run(""), "3 cases: 3 finished before, 0 now");
+    done(&sandbox, "sweep plan.ron --collect");
+    let table = table();
+    let header = table.lines().next().unwrap();
+    assert!(header.starts_with("case,bodies[0].material.youngs_modulus,supports[0].region,ended,"));
+    assert!(header.ends_with("warnings,stepping.steps,error"));
     write(plan("2.5e4", "1100", ""));
-    let collect = sandbox.run(&["sweep", "plan.ron", "--collect"]);
-    assert!(
-        collect.stderr.contains("no case in out/plan is finished"),
-        "{collect:?}"
-    );
-    assert!(
-        run(&[]).contains("3 cases: 0 finished before, 3 now"),
-        "density"
-    );
+    let collect = sandbox.run("sweep plan.ron --collect");
+    says(&collect.stderr, "no case in out/plan is finished");
+    says(&run(""), "3 cases: 0 finished before, 3 now");
 }
 
 #[cfg(unix)]
 #[test]
 fn a_killed_sweep_loses_the_cases_in_flight_alone() {
     let undisturbed = sandbox();
-    done(
-        &undisturbed,
-        &["sweep", "plan.ron", "--jobs", "2", "--quiet"],
-    );
+    done(&undisturbed, "sweep plan.ron --jobs 2 --quiet");
     let table = collected(&undisturbed);
     let sandbox = sandbox();
     let finished = || {
@@ -252,7 +173,7 @@ fn a_killed_sweep_loses_the_cases_in_flight_alone() {
     };
     let mut kills = 0;
     for wanted in [1, 3, 6] {
-        let mut child = sandbox.start(&["sweep", "plan.ron", "--jobs", "2", "--quiet"]);
+        let mut child = sandbox.start("sweep plan.ron --jobs 2 --quiet");
         while finished() < wanted && child.try_wait().unwrap().is_none() {
             std::thread::sleep(Duration::from_millis(1));
         }
@@ -264,22 +185,15 @@ fn a_killed_sweep_loses_the_cases_in_flight_alone() {
     }
     assert!(kills > 0, "it was never killed on its way");
     let kept = finished();
-    let said = done(&sandbox, &["sweep", "plan.ron", "--jobs", "2"]);
-    let before: usize = said
-        .lines()
-        .last()
-        .unwrap()
-        .split([' '])
-        .nth(2)
-        .unwrap()
-        .parse()
-        .unwrap();
+    let said = done(&sandbox, "sweep plan.ron --jobs 2");
+    let last = said.lines().last().unwrap();
+    let before: usize = last.split(' ').nth(2).unwrap().parse().unwrap();
     // One that was in flight may have come to its end since.
     assert!(before >= kept, "{kept}: {said}");
     assert_eq!(collected(&sandbox), table);
-    let parts = sandbox
-        .files()
-        .into_iter()
-        .filter(|name| name.ends_with(".part"));
-    assert_eq!(parts.count(), 0, "{:?}", sandbox.files());
+    let files = sandbox.files();
+    assert!(
+        !files.iter().any(|name| name.ends_with(".part")),
+        "{files:?}"
+    );
 }

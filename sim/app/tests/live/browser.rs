@@ -31,11 +31,8 @@ struct Live {
 impl Live {
     fn start(scene: &Scene) -> Self {
         let server = Server::start(0, "phyxel under test").unwrap();
-        let (url, out, interrupt) = (
-            server.url().unwrap(),
-            tempfile::tempdir().unwrap(),
-            Interrupt::default(),
-        );
+        let (url, out) = (server.url().unwrap(), tempfile::tempdir().unwrap());
+        let interrupt = Interrupt::default();
         let options = LiveOptions {
             out: out.path().to_owned(),
             interrupt: Some(interrupt.clone()),
@@ -44,12 +41,9 @@ impl Live {
         let thread = std::thread::spawn(move || {
             let meshes = Box::new(scene_of_mesh);
             let sources = Sources::new(&scene, None, meshes);
-            let pool = rayon::ThreadPoolBuilder::new()
-                .num_threads(1)
-                .build()
-                .unwrap();
-            pool.install(|| serve(server, &scene, sources, &options))
-                .unwrap();
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+            let served = || serve(server, &scene, sources, &options);
+            pool.unwrap().install(served).unwrap();
         });
         Self {
             url,
@@ -118,34 +112,33 @@ fn canvas(browser: &mut Chromium) -> Vec<u8> {
     base64(text.as_str().unwrap().split_once(',').unwrap().1)
 }
 
+/// A file that is written within a minute.
+fn read_once_there(file: &Path) -> Vec<u8> {
+    let begun = std::time::Instant::now();
+    while !file.exists() {
+        assert!(begun.elapsed().as_secs() < 60, "no {}", file.display());
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    std::fs::read(file).unwrap()
+}
+
 /// Draws the same state by the renderer of runs and compares pixels; the fraction of those alike.
 fn compare(browser: &mut Chromium, live: &Live, number: u32) -> f64 {
     let own = canvas(browser);
     browser.evaluate("stage.savePicture()");
     let file = live.out.path().join(format!("picture-{number:03}.png"));
-    let begun = std::time::Instant::now();
-    while !file.exists() {
-        assert!(begun.elapsed().as_secs() < 60, "no picture");
-        std::thread::sleep(std::time::Duration::from_millis(20));
-    }
-    let told = std::fs::read(file).unwrap();
+    let told = read_once_there(&file);
     show(&format!("page-{number}"), &own);
     show(&format!("renderer-{number}"), &told);
     let (own, told) = (frame(&own), frame(&told));
     assert_eq!((own.width, own.height), (told.width, told.height));
-    let near = |a: &[u8; 4], b: &[u8; 4]| {
-        a.iter()
-            .zip(b)
-            .take(3)
-            .all(|(a, b)| (i32::from(*a) - i32::from(*b)).abs() <= ALIKE)
+    let near = |(a, b): &(&[u8; 4], &[u8; 4])| {
+        (0..3).all(|k| (i32::from(a[k]) - i32::from(b[k])).abs() <= ALIKE)
     };
-    let alike = own
-        .pixels
-        .iter()
-        .zip(&told.pixels)
-        .filter(|(a, b)| near(a, b))
-        .count();
-    alike as f64 / own.pixels.len() as f64
+    let pixels = own.pixels.iter().zip(&told.pixels);
+    let share = pixels.filter(near).count() as f64 / own.pixels.len() as f64;
+    eprintln!("picture {number}: a share of {share:.4} within {ALIKE} of 255");
+    share
 }
 
 /// A target of the surfels that the page's card has carried: four numbers each.
@@ -172,12 +165,8 @@ fn compare_places(browser: &mut Chromium, scene: &Scene) {
     while session.world().steps() < steps {
         session.step().unwrap();
     }
-    let size = session.world().members()[0]
-        .body
-        .solid
-        .bounds()
-        .size()
-        .length();
+    let bounds = session.world().members()[0].body.solid.bounds();
+    let size = bounds.size().length();
     let (painter, world) = session.drawing();
     painter.carry(world);
     let (places, normals, _) = painter.surfels(0);
@@ -200,15 +189,11 @@ fn compare_places(browser: &mut Chromium, scene: &Scene) {
 
 #[test]
 fn someone_cuts_undoes_and_presses_in_a_browser() {
-    let Some(program) = find() else {
-        eprintln!("no Chromium here: the page was not tested (PHYXEL_CHROMIUM names one)");
+    let scene = liver(400, 4_000);
+    let Some((live, mut browser)) = opened(&scene, [640, 400]) else {
         return;
     };
-    let scene = liver(400, 4_000);
-    let live = Live::start(&scene);
-    let mut browser = Chromium::start(&program, [640, 400]);
-    browser.go(&live.url);
-    browser.wait("window.stage && stage.state && stage.panel.last && !stage.panel.last.settling");
+    browser.wait("!stage.panel.last.settling");
     // The code has left the address; the context is real.
     assert_eq!(browser.evaluate("location.hash"), json!(""));
     let card = browser.evaluate("stage.renderer.card");
@@ -216,20 +201,13 @@ fn someone_cuts_undoes_and_presses_in_a_browser() {
     assert!(browser.evaluate("stage.renderer.gl instanceof WebGL2RenderingContext && stage.renderer.gl.getError() === 0") == json!(true));
 
     // Lockstep: time stands from here.
-    browser.evaluate(
-        "stage.quality.pinned = 1; stage.renderer.ground = false; stage.link.ask({ do: 'pause' })",
-    );
-    browser.wait("!stage.panel.last.playing");
+    pause(&mut browser);
     step(&mut browser, 3);
     let whole = canvas(&mut browser);
     let first = frame(&whole);
     let colors: std::collections::HashSet<_> = first.pixels.iter().collect();
     assert!(colors.len() > 500, "{} colours only", colors.len());
     let share = compare(&mut browser, &live, 1);
-    eprintln!(
-        "uncut: {:.2} % of pixels within {ALIKE} of 255",
-        100.0 * share
-    );
     assert!(share >= SHARE, "{share}");
     compare_places(&mut browser, &scene);
     let spent = browser.evaluate(
@@ -242,17 +220,8 @@ fn someone_cuts_undoes_and_presses_in_a_browser() {
 
     // A stroke by real pointer events across the middle of what is seen.
     let before = browser.evaluate(BITS);
-    let middle = browser.evaluate(
-        "(() => { const s = stage, m = [0, 1, 2].map((k) => 0.5 * (s.scene.low[k] + s.scene.high[k])); \
-         const p = s.camera.project(m), h = s.canvas.clientHeight; \
-         return [0.5 * s.canvas.clientWidth + h * p[0], 0.5 * h + h * p[1]] })()",
-    );
-    let at = |dx: f64, dy: f64| {
-        [
-            middle[0].as_f64().unwrap() + dx,
-            middle[1].as_f64().unwrap() + dy,
-        ]
-    };
+    let [x, y] = middle(&mut browser);
+    let at = |dx: f64, dy: f64| [x + dx, y + dy];
     browser.drag(&[at(-60.0, -60.0), at(-40.0, 0.0), at(-30.0, 50.0)]);
     step(&mut browser, 60);
     show("cutting", &browser.screenshot());
@@ -269,10 +238,6 @@ fn someone_cuts_undoes_and_presses_in_a_browser() {
     // A cut that lies closed is a line of a pixel; the stroke is 114 long, and where it begins is air or light.
     assert!(2 * changed > 114, "{changed} pixels show the cut");
     let share = compare(&mut browser, &live, 2);
-    eprintln!(
-        "cut: {:.2} % of pixels within {ALIKE} of 255",
-        100.0 * share
-    );
     assert!(share >= SHARE, "{share}");
 
     // Undo: the very bits.
@@ -299,11 +264,7 @@ fn someone_cuts_undoes_and_presses_in_a_browser() {
 
     // Everything is saved in the folder and nowhere else.
     browser.evaluate("stage.link.ask({ do: 'save' })");
-    let begun = std::time::Instant::now();
-    while !live.out.path().join("save/score.csv").exists() {
-        assert!(begun.elapsed().as_secs() < 60, "nothing is saved");
-        std::thread::sleep(std::time::Duration::from_millis(20));
-    }
+    read_once_there(&live.out.path().join("save/score.csv"));
     assert_eq!(browser.evaluate("stage.renderer.gl.getError()"), json!(0));
 }
 
@@ -332,23 +293,34 @@ fn anew(browser: &mut Chromium, action: &str) {
     browser.wait("!stage.panel.last.playing && !stage.dirty");
 }
 
-/// A small liver without load on a page whose time stands, where there is a browser.
-fn unloaded_and_paused(size: [u32; 2]) -> Option<(Live, Chromium)> {
+/// A scene on a page, where there is a browser.
+fn opened(scene: &Scene, size: [u32; 2]) -> Option<(Live, Chromium)> {
     let Some(program) = find() else {
         eprintln!("no Chromium here: the page was not tested (PHYXEL_CHROMIUM names one)");
         return None;
     };
-    let mut scene = liver(300, 2_000);
-    scene.integration.settle = None;
-    scene.gravity = None;
-    let live = Live::start(&scene);
+    let live = Live::start(scene);
     let mut browser = Chromium::start(&program, size);
     browser.go(&live.url);
     browser.wait("window.stage && stage.state && stage.panel.last");
+    Some((live, browser))
+}
+
+/// Time stands, and pictures are as fine as those of runs.
+fn pause(browser: &mut Chromium) {
     browser.evaluate(
         "stage.quality.pinned = 1; stage.renderer.ground = false; stage.link.ask({ do: 'pause' })",
     );
     browser.wait("!stage.panel.last.playing");
+}
+
+/// A small liver without load on a page whose time stands.
+fn unloaded_and_paused(size: [u32; 2]) -> Option<(Live, Chromium)> {
+    let mut scene = liver(300, 2_000);
+    scene.integration.settle = None;
+    scene.gravity = None;
+    let (live, mut browser) = opened(&scene, size)?;
+    pause(&mut browser);
     step(&mut browser, 2);
     Some((live, browser))
 }
@@ -406,14 +378,7 @@ fn the_link_heals_and_nothing_is_lost_unasked() {
             "stage.canvas.dispatchEvent(new KeyboardEvent('keydown', {{ key: '{key}', bubbles: true }}))"
         ));
     };
-    for name in [
-        "ArrowUp",
-        "Enter",
-        "ArrowDown",
-        "ArrowDown",
-        "ArrowDown",
-        "Enter",
-    ] {
+    for name in "ArrowUp Enter ArrowDown ArrowDown ArrowDown Enter".split(' ') {
         press(&mut browser, name);
     }
     step(&mut browser, 300);
@@ -426,13 +391,8 @@ fn the_link_heals_and_nothing_is_lost_unasked() {
     browser.evaluate("document.querySelector('#ask [value=\"\"]').click()");
     browser.wait("!document.getElementById('ask').open");
     assert_eq!(browser.evaluate("stage.panel.last.strokes"), json!(2));
-    anew(
-        &mut browser,
-        &format!(
-            "{}; document.getElementById('ask-yes').click()",
-            key("r", false)
-        ),
-    );
+    let yes = "; document.getElementById('ask-yes').click()";
+    anew(&mut browser, &(key("r", false) + yes));
     browser.wait("stage.panel.last.strokes === 0");
 
     // A connection that breaks is opened again, with what the session was.
@@ -472,13 +432,8 @@ fn fingers_and_pens_cut_sliders_and_dropped_meshes_do_what_they_say() {
     // A finger cuts as a mouse does; two fingers turn and zoom the view and cut nothing.
     browser.touch("touchStart", &[[x - 60.0, y - 50.0]]);
     for k in 1..=8 {
-        browser.touch(
-            "touchMove",
-            &[[
-                x - 60.0 + 5.0 * f64::from(k),
-                y - 50.0 + 12.0 * f64::from(k),
-            ]],
-        );
+        let way = [5.0, 12.0].map(|rate| rate * f64::from(k));
+        browser.touch("touchMove", &[[x - 60.0 + way[0], y - 50.0 + way[1]]]);
     }
     browser.touch("touchEnd", &[]);
     step(&mut browser, 250);

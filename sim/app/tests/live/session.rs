@@ -381,33 +381,26 @@ fn a_line_across_an_organ_without_load_severs_it() {
 fn a_grip_pulls_with_the_force_that_the_body_pulls_back() {
     let mut session = Session::new(&liver(300, 1_000)).unwrap();
     settle(&mut session);
-    let at_rest = session.world().members()[0]
-        .body
-        .motion
-        .positions()
-        .to_vec();
+    let places = |session: &Session| {
+        let body = &session.world().members()[0].body;
+        body.motion.positions().to_vec()
+    };
+    let at_rest = places(&session);
     // The tip of the left lobe, up by 1 cm.
-    let tip = at_rest
-        .iter()
-        .copied()
-        .max_by(|a, b| a.x.total_cmp(&b.x))
-        .unwrap();
+    let tip = at_rest.iter().max_by(|a, b| a.x.total_cmp(&b.x)).unwrap();
+    let tip = *tip;
     session.grip(tip, 0.02);
     session.pull(tip + DVec3::Z * 0.01);
-    let mut moved = 0.0;
     for _ in 0..600 {
         session.step().unwrap();
     }
     let force = session.world().grip_force().unwrap();
-    for (now, before) in session.world().members()[0]
-        .body
-        .motion
-        .positions()
+    let now = places(&session);
+    let ways = now
         .iter()
         .zip(&at_rest)
-    {
-        moved = f64::max(moved, now.z - before.z);
-    }
+        .map(|(now, before)| now.z - before.z);
+    let moved = ways.fold(0.0, f64::max);
     // A hold on few nodes is soft (see `LARGEST_PHASE`); what hangs from it pulls down.
     assert!((0.004..0.0105).contains(&moved), "moved {moved} m");
     assert!(force.z < -0.02, "{force} N");
@@ -437,15 +430,8 @@ fn gravity_and_damping_are_what_hands_set() {
     assert!(height(&session) > before, "without weight it rises");
     assert_eq!(session.world().gravity(), DVec3::ZERO);
     assert!((session.world().damping() - 20.0).abs() < 1e-12);
-    assert_eq!(
-        session.world().members()[0]
-            .body
-            .motion
-            .settings()
-            .damping
-            .to_bits(),
-        20.0_f64.to_bits()
-    );
+    let motion = &session.world().members()[0].body.motion;
+    assert_eq!(motion.settings().damping.to_bits(), 20.0_f64.to_bits());
 }
 
 #[test]
