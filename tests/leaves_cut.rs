@@ -24,14 +24,9 @@ struct Block {
 }
 
 fn view<'a>(stencils: &'a GradientStencils, graph: &'a Neighborhoods) -> Stencils<'a> {
-    Stencils {
-        offsets: graph.offsets(),
-        indices: graph.indices(),
-        weights: &stencils.weights,
-        matrices: &stencils.matrices,
-        scales: &stencils.scales,
-        multipliers: &stencils.multipliers,
-    }
+    let (weights, matrices) = (&stencils.weights, &stencils.matrices);
+    Stencils::plain(graph.offsets(), graph.indices(), weights, matrices)
+        .with_multipliers(&stencils.scales, &stencils.multipliers)
 }
 
 impl Block {

@@ -1,8 +1,6 @@
 //! A scene pays only for what it needs: each part is added to a scene that has none, and taken from one
 //! that has all, and nothing else changes.
 
-use std::path::Path;
-
 use glam::DVec3;
 use phyxel::Phase;
 use phyxel::World;
@@ -21,7 +19,7 @@ struct Played {
 }
 
 fn play(text: &str) -> Played {
-    let scene = phyxel_scene::from_text(&format!("({text})"), "test", Path::new(""), &[]);
+    let scene = phyxel_scene::from_text(&format!("({text})"), "test", "", &[]);
     let mut world = World::new(scene.expect("the scene is valid")).expect("it can be built");
     if let Some(pictures) = &world.scene().pictures {
         let mut painter = Painter::new(&world, pictures).expect("it can be drawn");

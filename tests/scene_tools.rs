@@ -62,14 +62,8 @@ fn a_block_rests_on_a_table_and_slides_off_a_slippery_one() {
     // tan 10 degrees is 0.176: it holds at 0.3 and slides at 0.1 with g (sin - 0.1 cos).
     let moved = |world: &World| {
         let body = &world.members()[0].body;
-        let sum: DVec3 = body
-            .motion
-            .positions()
-            .iter()
-            .zip(&body.rest)
-            .map(|(x, r)| *x - *r)
-            .sum();
-        (sum / f64::from(u32::try_from(body.rest.len()).unwrap())).x
+        let pairs = body.motion.positions().iter().zip(&body.rest);
+        pairs.map(|(x, r)| x.x - r.x).sum::<f64>() / body.rest.len() as f64
     };
     let gravity = "gravity: (acceleration: (1.7035, 0, -9.6610), ramp: 0),";
     let tilted = |friction: f64| {
@@ -198,12 +192,10 @@ fn a_program_leads_a_tool_by_hand() {
         bad(300, 0, f64::NAN),
         Err(InputError::BadPlace { index: 0 })
     );
+    let (tool, pose) = (0, at(0.1));
     let late = |step| Input {
         step,
-        action: Action::Tool {
-            tool: 0,
-            pose: at(0.1),
-        },
+        action: Action::Tool { tool, pose },
     };
     let order = world.push(vec![late(300), late(250)]);
     assert_eq!(

@@ -15,8 +15,7 @@ fn a_blade_that_ends_on_the_surface_severs() {
         let mut world = world(BLOCK, &format!("cuts: [{cut}], {HELD} {STILL}"));
         play(&mut world, 0.12).expect("it runs");
         assert_eq!(pieces(&world).len(), 2, "{height}: {:?}", pieces(&world));
-        let cutting = world.members()[0].cutting.as_ref().expect("it was cut");
-        assert_eq!(cutting.missed_pairs(), 0);
+        assert_eq!(cutting(&world).missed_pairs(), 0);
     }
 }
 
@@ -37,25 +36,19 @@ fn a_blade_that_trembles_leaves_no_crumbs() {
         "(name: \"cut\", edge: [(0, -0.04, 0), (0, 0.04, 0)], path: [{}], capture: Rate(1000))",
         path.join(", ")
     );
-    let mut world = world(BLOCK, &format!("cuts: [{cut}], {HELD} {AT_ONCE}"));
+    let mut world = super::stage::cut(BLOCK, &[cut]);
     play(&mut world, 0.12).expect("it runs");
     let sizes = pieces(&world);
     assert_eq!(sizes.len(), 2, "{sizes:?}");
-    let cutting = world.members()[0].cutting.as_ref().expect("it was cut");
+    let cutting = cutting(&world);
     assert_eq!(cutting.missed_pairs(), 0);
     let cuts = cutting.cuts();
     let vectors = (0..cuts.triangle_count()).map(|t| cuts.area(t) * cuts.normal(t));
     let vectors: Vec<DVec3> = vectors.collect();
     let sum: DVec3 = vectors.iter().sum();
-    let back: f64 = vectors
-        .iter()
-        .filter(|v| v.dot(sum) < 0.0)
-        .map(|v| v.length())
-        .sum();
-    assert!(
-        back < 0.02 * sum.length(),
-        "{back} m2 of {sum} face backwards"
-    );
+    let back = vectors.iter().filter(|v| v.dot(sum) < 0.0);
+    let back: f64 = back.map(|v| v.length()).sum();
+    assert!(back < 0.02 * sum.length(), "{back} m2 of {sum} backwards");
 }
 
 /// Edges of a cut that has no path of its own.
@@ -78,21 +71,15 @@ fn lead(world: &mut World, edges: &[(StrokePhase, f64, f64)]) {
 fn a_start_in_an_open_stroke_begins_a_new_one() {
     let far = across("cut", 1.0, [1.0, 2.0]);
     let mut world = world(BLOCK, &format!("cuts: [{far}], {HELD} {STILL}"));
-    lead(
-        &mut world,
-        &[
-            (StrokePhase::Start, -0.024, -0.015),
-            (StrokePhase::Update, -0.01, -0.015),
-            (StrokePhase::Start, -0.024, 0.015),
-            (StrokePhase::Update, -0.01, 0.015),
-            (StrokePhase::End, -0.01, 0.015),
-        ],
-    );
-    let cuts = world.members()[0]
-        .cutting
-        .as_ref()
-        .expect("it was cut")
-        .cuts();
+    let edges = [
+        (StrokePhase::Start, -0.024, -0.015),
+        (StrokePhase::Update, -0.01, -0.015),
+        (StrokePhase::Start, -0.024, 0.015),
+        (StrokePhase::Update, -0.01, 0.015),
+        (StrokePhase::End, -0.01, 0.015),
+    ];
+    lead(&mut world, &edges);
+    let cuts = cutting(&world).cuts();
     assert!(cuts.triangle_count() > 0);
     for t in 0..cuts.triangle_count() {
         let heights = cuts.triangle(t).map(|corner| corner.z);
@@ -114,12 +101,7 @@ fn each_cut_welds_as_it_says() {
         let first = across("first", 0.015, [0.01, 0.02]);
         let mut world = world(BLOCK, &format!("cuts: [{first}, {second}], {HELD} {STILL}"));
         play(&mut world, 0.06).expect("it runs");
-        let cuts = world.members()[0]
-            .cutting
-            .as_ref()
-            .expect("it was cut")
-            .cuts();
-        let (vertices, _) = cuts.surface();
+        let (vertices, _) = cutting(&world).cuts().surface();
         vertices.iter().filter(|v| v.z < 0.0).count()
     };
     let (fine, coarse) = (vertices("Some(1e-6)"), vertices("Some(4e-3)"));

@@ -22,10 +22,8 @@ fn a_bar_is_twisted_by_360_degrees_and_back() {
             (region: HalfSpace(point: (0, 0, -0.0299), normal: (0, 0, -1)))],",
         keys.join(", ")
     );
-    let mut world = world(
-        &bar,
-        &format!("{supports} integration: (settle: None), gravity: None,"),
-    );
+    let rest = format!("{supports} integration: (settle: None), gravity: None,");
+    let mut world = world(&bar, &rest);
     play(&mut world, 0.4).expect("it runs");
     let body = &world.members()[0].body;
     let smallest = body
@@ -90,11 +88,7 @@ fn a_stiff_body_beside_a_soft_one_sets_the_step() {
             .replace("Nodes(500)", "Nodes(150)")
     };
     let soft = world(&body("soft", "1e3", 0.0), &format!("{HELD} {AT_ONCE}")).step_size();
-    let both = format!(
-        "{}, {}",
-        body("soft", "1e3", 0.0),
-        body("stiff", "1e9", 0.1)
-    );
+    let both = body("soft", "1e3", 0.0) + ", " + &body("stiff", "1e9", 0.1);
     let mut world = world(&both, &format!("{HELD} {AT_ONCE}"));
     let ratio = soft / world.step_size();
     assert!(
@@ -215,12 +209,8 @@ fn flipped_parts_of_a_mesh_are_turned_and_weigh_as_much() {
     };
     let (sound, mut flipped) = (two_boxes(false), two_boxes(true));
     let turned = |world: &World| {
-        let report = world.members()[0]
-            .body
-            .report
-            .as_ref()
-            .expect("it is a mesh");
-        report.turned_parts
+        let report = world.members()[0].body.report.as_ref();
+        report.expect("it is a mesh").turned_parts
     };
     assert_eq!((turned(&sound), turned(&flipped)), (0, 1));
     let volume = |world: &World| world.members()[0].body.initial.volume;
@@ -236,13 +226,7 @@ fn a_graded_body_is_cut_where_it_is_fine() {
         "Nodes(500)",
         "Spacing(0.01), coarsest: 2, refine: [(from: (-0.02, -0.02, 0), to: (-0.02, 0.02, 0), radius: 0.006, factor: 0.5)]",
     );
-    let mut world = world(
-        &graded,
-        &format!(
-            "cuts: [{}], {HELD} {AT_ONCE}",
-            across("cut", 0.001, [0.01, 0.1])
-        ),
-    );
+    let mut world = cut(&graded, &[across("cut", 0.001, [0.01, 0.1])]);
     play(&mut world, 0.2).expect("it runs");
     assert_eq!(pieces(&world).len(), 2, "{:?}", pieces(&world));
     let body = &world.members()[0].body;

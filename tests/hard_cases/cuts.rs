@@ -8,7 +8,7 @@ use super::stage::*;
 
 #[test]
 fn slivers_part_a_block_as_one_cut_does() {
-    let cut = |heights: &[f64]| {
+    let at = |heights: &[f64]| {
         let strokes = heights.iter().enumerate();
         let strokes: Vec<String> = strokes
             .map(|(k, z)| {
@@ -16,12 +16,11 @@ fn slivers_part_a_block_as_one_cut_does() {
                 across(&k.to_string(), *z, [begin, begin + 0.02])
             })
             .collect();
-        let cuts = format!("cuts: [{}], {HELD} {AT_ONCE}", strokes.join(", "));
-        let mut world = world(BLOCK, &cuts);
+        let mut world = cut(BLOCK, &strokes);
         play(&mut world, 0.15).expect("it runs");
         world
     };
-    let (one, three) = (cut(&[1e-3]), cut(&[1e-3, 1.01e-3, 1.02e-3]));
+    let (one, three) = (at(&[1e-3]), at(&[1e-3, 1.01e-3, 1.02e-3]));
     assert_eq!(pieces(&one).len(), 2);
     assert_eq!(pieces(&one), pieces(&three));
     assert_eq!(severed(&one), severed(&three));
@@ -46,32 +45,24 @@ fn dice_fall_freely() {
             ));
         }
     }
-    let rest = format!("cuts: [{}], {HELD} {AT_ONCE}", strokes.join(", "));
-    let mut world = world(&BLOCK.replace("damping: 4", "damping: 0"), &rest);
+    let mut world = cut(&BLOCK.replace("damping: 4", "damping: 0"), &strokes);
     play(&mut world, 0.032).expect("it runs");
     let sizes = pieces(&world);
     assert!(sizes.len() >= 27, "{} pieces: {sizes:?}", sizes.len());
-    assert!(
-        sizes[26] > 2 * sizes[27..].iter().copied().max().unwrap_or(0),
-        "{sizes:?}"
-    );
+    let next = sizes[27..].iter().max().unwrap_or(&0);
+    assert!(sizes[26] > 2 * next, "{sizes:?}");
     // 18 of them fall: their momentum grows by their weight.
     let falling = |world: &World| {
         let body = &world.members()[0].body;
         let free = (0..body.rest.len()).filter(|&node| body.rest[node].z < 0.0101);
-        free.map(|node| body.motion.velocities()[node] * body.masses[node])
-            .sum::<DVec3>()
+        free.fold((0.0, DVec3::ZERO), |(mass, momentum), node| {
+            let m = body.masses[node];
+            (mass + m, momentum + body.motion.velocities()[node] * m)
+        })
     };
-    let mass: f64 = {
-        let body = &world.members()[0].body;
-        (0..body.rest.len())
-            .filter(|&n| body.rest[n].z < 0.0101)
-            .map(|n| body.masses[n])
-            .sum()
-    };
-    let (before, start) = (falling(&world), world.time());
+    let ((mass, before), start) = (falling(&world), world.time());
     play(&mut world, 0.06).expect("it runs");
-    let gained = falling(&world) - before;
+    let gained = falling(&world).1 - before;
     let expected = DVec3::Z * (-9.81 * mass * (world.time() - start));
     assert!(
         gained.distance(expected) < 1e-9 * expected.length(),
@@ -91,27 +82,16 @@ fn a_hundred_cuts() {
             stroke(&k.to_string(), point(0.08), from, to, [begin, begin + 5e-5])
         })
         .collect();
-    let mut world = world(
-        BLOCK,
-        &format!("cuts: [{}], {HELD} {AT_ONCE}", strokes.join(", ")),
-    );
+    let mut world = cut(BLOCK, &strokes);
     let mut before = 0;
     for k in 1..=6 {
         play(&mut world, 0.02 * f64::from(k)).expect("it runs");
         assert!(severed(&world) >= before, "severed pairs came back");
         before = severed(&world);
     }
-    let cutting = world.members()[0].cutting.as_ref().expect("it was cut");
-    let captures = world
-        .scene()
-        .cuts
-        .iter()
-        .map(|cut| world.capture_count(cut));
-    assert_eq!(
-        cutting.counts().0,
-        captures.sum::<usize>(),
-        "every edge is taken up"
-    );
+    let cuts = world.scene().cuts.iter();
+    let captures: usize = cuts.map(|cut| world.capture_count(cut)).sum();
+    assert_eq!(cutting(&world).counts().0, captures, "each is taken up");
     assert!(before > 10, "{before} pairs severed");
     let off = imbalance(&world.members()[0].body);
     assert!(off < 0.02, "audit off by {off}");
@@ -156,23 +136,14 @@ fn a_block_is_cut_while_compressed_to_half() {
 #[test]
 fn a_single_node_falls_like_a_point_mass() {
     // Three planes about the corner node at (20, 20, -30) mm; its neighbours are 6 mm away.
-    let cut = |k: usize, edge: DVec3, from: DVec3, to: DVec3| {
-        let begin = 0.002 * f64::from(u32::try_from(k).unwrap());
-        stroke(&k.to_string(), edge, from, to, [begin, begin + 1e-3])
-    };
     let corner = DVec3::new(0.0185, 0.0185, -0.0285);
-    let strokes: Vec<String> = [0, 1, 2]
-        .into_iter()
-        .map(|axis| {
-            let (u, v) = (DVec3::AXES[(axis + 1) % 3], DVec3::AXES[(axis + 2) % 3]);
-            cut(axis, u * 0.02, corner - v * 0.01, corner + v * 0.01)
-        })
-        .collect();
-    let bodies = BLOCK.replace("damping: 4", "damping: 0");
-    let mut world = world(
-        &bodies,
-        &format!("cuts: [{}], {HELD} {AT_ONCE}", strokes.join(", ")),
-    );
+    let strokes = [0, 1, 2].map(|axis| {
+        let (u, v) = (DVec3::AXES[(axis + 1) % 3], DVec3::AXES[(axis + 2) % 3]);
+        let begin = 0.002 * axis as f64;
+        let (name, times) = (axis.to_string(), [begin, begin + 1e-3]);
+        stroke(&name, u * 0.02, corner - v * 0.01, corner + v * 0.01, times)
+    });
+    let mut world = cut(&BLOCK.replace("damping: 4", "damping: 0"), &strokes);
     play(&mut world, 0.01).expect("it runs");
     assert_eq!(pieces(&world)[1..], [1], "one node is cut off");
     let body = &world.members()[0].body;

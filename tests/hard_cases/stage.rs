@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use phyxel::scene::Scene;
-use phyxel::{Body, World, WorldError};
+use phyxel::{Body, Cutting, World, WorldError};
 
 /// The fixed block of most cases: 40 x 40 x 60 mm, its top fixed.
 pub(super) const BLOCK: &str =
@@ -40,17 +40,11 @@ pub(super) fn check(world: &World) {
     for member in world.members() {
         let body = &member.body;
         let state = body.motion.state();
-        let finite = |values: &[DVec3]| values.iter().all(|v| v.is_finite());
-        assert!(
-            finite(&state.positions) && finite(&state.velocities),
-            "{}",
-            body.name
-        );
+        let mut moving = state.positions.iter().chain(&state.velocities);
+        assert!(moving.all(|v| v.is_finite()), "{}", body.name);
         let mass: f64 = body.motion.masses().iter().sum();
-        assert!(
-            (mass / body.initial.mass - 1.0).abs() < 1e-12,
-            "mass {mass}"
-        );
+        let kept = mass / body.initial.mass;
+        assert!((kept - 1.0).abs() < 1e-12, "mass {mass}");
         let sum: DVec3 = state.forces.iter().sum();
         let size: f64 = state.forces.iter().map(|f| f.length()).sum();
         assert!(
@@ -73,11 +67,19 @@ pub(super) fn pieces(world: &World) -> Vec<u32> {
     sizes
 }
 
+/// What cuts the first body, which they do.
+pub(super) fn cutting(world: &World) -> &Cutting {
+    world.members()[0].cutting.as_ref().expect("it was cut")
+}
+
 pub(super) fn severed(world: &World) -> usize {
-    world.members()[0]
-        .cutting
-        .as_ref()
-        .map_or(0, phyxel::Cutting::severed_pairs)
+    cutting(world).severed_pairs()
+}
+
+/// A body, held and let go at once, with these strokes.
+pub(super) fn cut(body: &str, strokes: &[String]) -> World {
+    let strokes = strokes.join(", ");
+    world(body, &format!("cuts: [{strokes}], {HELD} {AT_ONCE}"))
 }
 
 /// A stroke of a blade whose edge runs along `edge` through `from` and `to`.
