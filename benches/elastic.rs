@@ -14,21 +14,13 @@ use testkit::block::Block;
 use testkit::cloud::Random;
 
 fn stencils(block: &Block) -> Stencils<'_> {
-    Stencils {
-        offsets: &block.offsets,
-        indices: &block.indices,
-        weights: &block.weights,
-        matrices: &block.matrices,
-        scales: &block.scales,
-        multipliers: &block.multipliers,
-    }
+    let (weights, matrices) = (&block.weights, &block.matrices);
+    Stencils::plain(&block.offsets, &block.indices, weights, matrices)
+        .with_multipliers(&block.scales, &block.multipliers)
 }
 
 fn elastic(block: &Block, material: Material, settings: &Settings) -> Elastic {
-    let nodes = Nodes {
-        rest_positions: &block.positions,
-        volumes: &block.volumes,
-    };
+    let nodes = Nodes::new(&block.positions, &block.volumes);
     let materials = Materials::Uniform(material);
     Elastic::new(&stencils(block), &nodes, &materials, settings).expect("a valid lattice")
 }

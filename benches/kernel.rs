@@ -7,8 +7,8 @@
 
 use std::time::Instant;
 
-use benches::problems::block::view;
 use glam::DVec3;
+use phyxel::elastic_stencils;
 use phyxel_elastic::{Elastic, Material, Materials, Nodes, Settings};
 use phyxel_mls::{ConservativeSettings, GradientStencils, Neighborhoods, inverse_square_weights};
 use testkit::cloud::Random;
@@ -101,7 +101,7 @@ fn body(cells: [usize; 3], peak: f64) {
     let material = Materials::Uniform(Material::neo_hookean(1e4, 0.4));
     let nodes = Nodes::new(&block.positions, &block.volumes);
     let mut body = Elastic::new(
-        &view(&rows, &graph),
+        &elastic_stencils(&rows, &graph),
         &nodes,
         &material,
         &Settings::default(),

@@ -66,18 +66,14 @@ pub(crate) fn build(
         }
     };
     let (graph, stencils) = (&coupled.neighborhoods, &coupled.stencils);
-    let mut elastic = Elastic::new(
-        &elastic_stencils(stencils, graph),
-        &Nodes {
-            rest_positions: &sampled.positions,
-            volumes: coupled.carried.as_ref().unwrap_or(&coupled.volumes),
-        },
-        &materials,
-        &Settings {
-            stabilization: spec.material.stabilization,
-            dilatation: spec.material.dilatation,
-        },
-    )?;
+    let rows = elastic_stencils(stencils, graph);
+    let volumes = coupled.carried.as_ref().unwrap_or(&coupled.volumes);
+    let nodes = Nodes::new(&sampled.positions, volumes);
+    let settings = Settings {
+        stabilization: spec.material.stabilization,
+        dilatation: spec.material.dilatation,
+    };
+    let mut elastic = Elastic::new(&rows, &nodes, &materials, &settings)?;
     if coupled.carried.is_some() {
         // Nodes at a corner of what is fixed, which a support leaves too little to tell a strain from.
         let policy = CutPolicy::default();

@@ -1,11 +1,12 @@
 //! Bodies of tetrahedra on which problems with a known answer are set.
 
 use glam::{DMat3, DVec3};
+use phyxel::elastic_stencils;
 use phyxel_discretize::{
     boundary_triangles, lattice_tetrahedra, nodal_boundary_vectors, nodal_volumes,
     space_filling_order, tetrahedra_edges,
 };
-use phyxel_elastic::{Elastic, Material, Materials, Nodes, Settings, Stencils};
+use phyxel_elastic::{Elastic, Material, Materials, Nodes, Settings};
 use phyxel_mls::{ConservativeSettings, GradientStencils, Neighborhoods, inverse_square_weights};
 
 use super::solid::Solid;
@@ -120,11 +121,8 @@ impl Block {
         material: Material,
         settings: &Settings,
     ) -> Result<Elastic, StudyError> {
-        let stencils = view(stencils, &self.graph);
-        let nodes = Nodes {
-            rest_positions: &self.rest,
-            volumes: &self.volumes,
-        };
+        let stencils = elastic_stencils(stencils, &self.graph);
+        let nodes = Nodes::new(&self.rest, &self.volumes);
         let materials = Materials::Uniform(material);
         Ok(Elastic::new(&stencils, &nodes, &materials, settings)?)
     }
@@ -172,19 +170,6 @@ fn conservative(
             residual: report.residual,
         }),
         _ => Ok(made),
-    }
-}
-
-/// Rows on a graph as the elastic model reads them.
-#[must_use]
-pub fn view<'a>(rows: &'a GradientStencils, graph: &'a Neighborhoods) -> Stencils<'a> {
-    Stencils {
-        offsets: graph.offsets(),
-        indices: graph.indices(),
-        weights: &rows.weights,
-        matrices: &rows.matrices,
-        scales: &rows.scales,
-        multipliers: &rows.multipliers,
     }
 }
 

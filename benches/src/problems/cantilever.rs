@@ -2,12 +2,11 @@
 //! tetrahedra; and the error of the beam's tip, against quadratic finite elements.
 
 use glam::{DMat3, DVec3};
+use phyxel::elastic_stencils;
 use phyxel_elastic::{Elastic, Material, Materials, Nodes, Settings};
 use phyxel_integrate::{BoundaryConditions, ForceLaw, NewtonSettings, StaticLoad, solve_static};
 use phyxel_mls::{ConservativeSettings, GradientStencils, Neighborhoods, inverse_square_weights};
 use testkit::block::Block;
-
-use super::block::view;
 
 /// Whether a coordinate lies on a face of the box.
 #[must_use]
@@ -71,11 +70,8 @@ pub fn on_graph(
     settings: &Settings,
 ) -> Elastic {
     let rows = rows(block, graph);
-    let stencils = view(&rows, graph);
-    let nodes = Nodes {
-        rest_positions: &block.positions,
-        volumes: &block.volumes,
-    };
+    let stencils = elastic_stencils(&rows, graph);
+    let nodes = Nodes::new(&block.positions, &block.volumes);
     Elastic::new(&stencils, &nodes, &Materials::Uniform(material), settings).expect("valid rows")
 }
 

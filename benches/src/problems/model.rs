@@ -179,18 +179,9 @@ pub fn dissertation(
         masses,
         ..
     } = dissertation_cloud(rest, &near, density, 1e-3)?;
-    let stencils = Stencils {
-        offsets: graph.offsets(),
-        indices: graph.indices(),
-        weights: &rows.weights,
-        matrices: &rows.matrices,
-        scales: &[],
-        multipliers: &[],
-    };
-    let nodes = Nodes {
-        rest_positions: rest,
-        volumes: &masses.volumes,
-    };
+    let (weights, matrices) = (&rows.weights, &rows.matrices);
+    let stencils = Stencils::plain(graph.offsets(), graph.indices(), weights, matrices);
+    let nodes = Nodes::new(rest, &masses.volumes);
     let settings = Settings {
         stabilization: 0.0,
         ..Settings::default()
