@@ -8,7 +8,7 @@ use std::f64::consts::{PI, TAU};
 pub(crate) type Samples = (Vec<DVec3>, Vec<DVec3>, Vec<f64>);
 
 /// A body whose surface is known exactly.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Shape {
     /// Radius 1.
     Sphere,
@@ -85,27 +85,21 @@ impl Shape {
         let mut out: Samples = (vec![], vec![], vec![]);
         let golden = 2.399_963_229_728_653;
         match self {
-            Self::Sphere => {
-                for i in 0..n {
-                    let y = 1.0 - 2.0 * (f64::from(i) + 0.5) / f64::from(n);
-                    let turn = f64::from(i) * golden;
-                    let ring = (1.0 - y * y).sqrt();
-                    out.0
-                        .push(DVec3::new(ring * turn.cos(), y, ring * turn.sin()));
-                    out.2.push(4.0 * PI / f64::from(n));
-                }
-            }
-            Self::UnevenSphere => {
-                // Density falls as 1 / (0.05 + 1.95 t) along y; a golden spiral keeps cells round.
+            Self::Sphere | Self::UnevenSphere => {
+                // Density falls as 1 / (low + (2 - 2 low) t) along y; a golden spiral keeps cells round.
+                let low = if self == Self::Sphere {
+                    1.0
+                } else {
+                    0.05 / 1.025
+                };
                 for i in 0..n {
                     let t = (f64::from(i) + 0.5) / f64::from(n);
-                    let y = 1.0 - 2.0 * (0.05 * t + 0.975 * t * t) / 1.025;
-                    let turn = f64::from(i) * golden;
+                    let y = 1.0 - 2.0 * (low * t + (1.0 - low) * t * t);
+                    let (s, c) = (f64::from(i) * golden).sin_cos();
                     let ring = (1.0 - y * y).sqrt();
-                    out.0
-                        .push(DVec3::new(ring * turn.cos(), y, ring * turn.sin()));
-                    out.2
-                        .push(4.0 * PI * (0.05 + 1.95 * t) / 1.025 / f64::from(n));
+                    out.0.push(DVec3::new(ring * c, y, ring * s));
+                    let share = low + 2.0 * (1.0 - low) * t;
+                    out.2.push(4.0 * PI * share / f64::from(n));
                 }
             }
             Self::Torus => {
