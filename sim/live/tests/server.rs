@@ -11,12 +11,18 @@ use tungstenite::{Bytes, Message, WebSocket};
 
 type Socket = WebSocket<TcpStream>;
 
+/// How long an answer may take.
+const PATIENCE: Duration = Duration::from_secs(20);
+
+fn connected(server: &Server) -> TcpStream {
+    let stream = TcpStream::connect(server.address()).unwrap();
+    stream.set_read_timeout(Some(PATIENCE)).unwrap();
+    stream
+}
+
 /// Sends `text` and reads what comes until the end.
 fn talk(server: &Server, text: &str) -> String {
-    let mut stream = TcpStream::connect(server.address()).unwrap();
-    stream
-        .set_read_timeout(Some(Duration::from_secs(20)))
-        .unwrap();
+    let mut stream = connected(server);
     stream.write_all(text.as_bytes()).unwrap();
     let mut answer = Vec::new();
     let _ = stream.read_to_end(&mut answer);
@@ -24,11 +30,9 @@ fn talk(server: &Server, text: &str) -> String {
 }
 
 fn get(server: &Server, target: &str, more: &str) -> String {
-    let address = server.address();
-    talk(
-        server,
-        &format!("GET {target} HTTP/1.1\r\nHost: {address}\r\n{more}\r\n"),
-    )
+    let host = server.address();
+    let asked = format!("GET {target} HTTP/1.1\r\nHost: {host}\r\n{more}\r\n");
+    talk(server, &asked)
 }
 
 fn status(answer: &str) -> &str {
@@ -45,32 +49,23 @@ fn token(server: &Server) -> String {
 
 fn join(server: &Server, token: &str, origin: Option<&str>) -> Result<Socket, String> {
     let address = server.address();
-    let mut request = format!("ws://{address}/session")
-        .into_client_request()
-        .unwrap();
+    let target = format!("ws://{address}/session");
+    let mut request = target.into_client_request().unwrap();
     let headers = request.headers_mut();
     let offered = format!("{PROTOCOL}, token.{token}");
     headers.insert("Sec-WebSocket-Protocol", offered.parse().unwrap());
     if let Some(origin) = origin {
         headers.insert("Origin", origin.parse().unwrap());
     }
-    let stream = TcpStream::connect(address).unwrap();
-    stream
-        .set_read_timeout(Some(Duration::from_secs(20)))
-        .unwrap();
-    let joined = tungstenite::client(request, stream);
-    joined
-        .map(|(socket, _)| socket)
-        .map_err(|error| error.to_string())
+    let joined = tungstenite::client(request, connected(server));
+    let joined = joined.map(|(socket, _)| socket);
+    joined.map_err(|error| error.to_string())
 }
 
 /// The next event of any client.
 fn event(server: &Server) -> (usize, Event) {
-    let patience = Duration::from_secs(20);
-    server
-        .events()
-        .recv_timeout(patience)
-        .expect("an event comes")
+    let heard = server.events().recv_timeout(PATIENCE);
+    heard.expect("an event comes")
 }
 
 fn edge(sequence: u32, phase: u32) -> Message {
@@ -89,42 +84,24 @@ fn only_the_page_is_served_and_under_a_strict_policy() {
     let server = Server::start(0, "test").unwrap();
     let page = get(&server, "/", "");
     assert_eq!(status(&page), "200");
-    for header in [
-        "default-src 'none'",
-        "frame-ancestors 'none'",
-        "nosniff",
-        "no-store",
-        "no-referrer",
-    ] {
+    let policy = "default-src 'none', frame-ancestors 'none', nosniff, no-store, no-referrer";
+    for header in policy.split(", ") {
         assert!(page.contains(header), "{header}");
     }
     for asset in ["/main.js", "/style.css", "/shaders.js", "/icon.svg"] {
         assert_eq!(status(&get(&server, asset, "")), "200", "{asset}");
     }
-    for other in [
-        "/../Cargo.toml",
-        "//main.js",
-        "/MAIN.JS",
-        "/page/main.js",
-        "/%2e%2e/x",
-        "/session/",
-    ] {
+    let others = "/../Cargo.toml //main.js /MAIN.JS /page/main.js /%2e%2e/x /session/";
+    for other in others.split(' ') {
         assert_eq!(status(&get(&server, other, "")), "404", "{other}");
     }
     let address = server.address();
     let post = format!("POST / HTTP/1.1\r\nHost: {address}\r\nContent-Length: 0\r\n\r\n");
     assert_eq!(status(&talk(&server, &post)), "405");
-    assert_eq!(
-        status(&talk(
-            &server,
-            "GET / HTTP/1.1\r\nHost: evil.example\r\n\r\n"
-        )),
-        "403"
-    );
-    assert_eq!(
-        status(&get(&server, "/", "Origin: http://evil.example\r\n")),
-        "403"
-    );
+    let foreign = "GET / HTTP/1.1\r\nHost: evil.example\r\n\r\n";
+    assert_eq!(status(&talk(&server, foreign)), "403");
+    let foreign = get(&server, "/", "Origin: http://evil.example\r\n");
+    assert_eq!(status(&foreign), "403");
     // A socket without a token, and one without the protocol.
     let upgrade = "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n\
                    Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
@@ -163,11 +140,10 @@ fn clients_come_speak_and_go_and_their_places_are_free_again() {
         let mut socket = join(&server, &token, None).unwrap();
         assert_eq!(event(&server), (client, Event::Joined));
         let hello = socket.read().unwrap().into_text().unwrap();
-        assert!(
-            hello.contains("\"type\":\"hello\"") && hello.contains("test 1"),
-            "{hello}"
-        );
-        assert!(hello.contains(&format!("\"client\":{client}")), "{hello}");
+        let own = format!("\"client\":{client}");
+        for part in ["\"type\":\"hello\"", "test 1", &own] {
+            assert!(hello.contains(part), "{hello}");
+        }
         sockets.push(socket);
     }
     assert!(
@@ -179,19 +155,10 @@ fn clients_come_speak_and_go_and_their_places_are_free_again() {
     sockets[5].send(Message::text(r#"{"do":"play"}"#)).unwrap();
     let mut heard = [event(&server), event(&server)];
     heard.sort_by_key(|(client, _)| *client);
-    assert!(matches!(
-        &heard[0],
-        (
-            3,
-            Event::Hand(
-                1,
-                Hand::Edge {
-                    phase: HandPhase::Begin,
-                    ..
-                }
-            )
-        )
-    ));
+    let (3, Event::Hand(1, Hand::Edge { phase, .. })) = &heard[0] else {
+        unreachable!("the edge of the third: {:?}", heard[0]);
+    };
+    assert_eq!(*phase, HandPhase::Begin);
     assert_eq!(heard[1], (5, Event::Control(Control::Play)));
     // What is not understood is answered or left aside, and what comes later is heard.
     for strange in ["{", "[]", r#"{"do":"fly"}"#, r#"{"do":"step","steps":-1}"#] {
@@ -212,14 +179,9 @@ fn clients_come_speak_and_go_and_their_places_are_free_again() {
     };
     server.tell(To::One(2), &note("not for you"));
     server.tell(To::All, &note("for all"));
-    assert!(next.read().unwrap().into_text().unwrap().contains("hello"));
-    assert!(
-        next.read()
-            .unwrap()
-            .into_text()
-            .unwrap()
-            .contains("for all")
-    );
+    for part in ["hello", "for all"] {
+        assert!(next.read().unwrap().into_text().unwrap().contains(part));
+    }
 }
 
 #[test]
@@ -352,19 +314,13 @@ fn mutated_handshakes_let_nobody_in() {
                 _ => bytes.insert(at, b"\r\n: ,a"[next(6)]),
             }
         }
-        let mut stream = TcpStream::connect(address).unwrap();
-        stream
-            .set_read_timeout(Some(Duration::from_secs(10)))
-            .unwrap();
+        let mut stream = connected(&server);
         let _ = stream.write_all(&bytes);
         let _ = stream.shutdown(std::net::Shutdown::Write);
         let mut answer = Vec::new();
         let _ = stream.read_to_end(&mut answer);
-        assert!(
-            !answer.starts_with(b"HTTP/1.1 101"),
-            "{}",
-            String::from_utf8_lossy(&bytes)
-        );
+        let let_in = answer.starts_with(b"HTTP/1.1 101");
+        assert!(!let_in, "{}", String::from_utf8_lossy(&bytes));
     }
     assert!(server.events().try_recv().is_err(), "nobody came in");
     assert_eq!(status(&get(&server, "/", "")), "200", "the server lives");
