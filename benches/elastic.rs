@@ -39,11 +39,6 @@ fn pairs(body: &Elastic) -> Throughput {
     Throughput::Elements(body.pair_count() as u64)
 }
 
-fn one_thread() -> rayon::ThreadPool {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
-    pool.expect("one thread")
-}
-
 /// Nodes a side of the lattices: 1,000, 5,832, 97,336 and a million nodes.
 const SIDES: [usize; 4] = [10, 18, 46, 100];
 
@@ -68,7 +63,7 @@ fn sizes(c: &mut Criterion) {
 
 /// Every law and option, forces and tangent products, from 1e3 to 1e6 nodes on one thread.
 fn laws(c: &mut Criterion) {
-    let one = one_thread();
+    let one = testkit::pool(1);
     let neo = Material::neo_hookean(1e4, 0.4);
     let fiber = Fiber {
         direction: DVec3::X,
@@ -161,7 +156,7 @@ fn setup(c: &mut Criterion) {
 
 /// What scenes do besides forces and products, and forces of a body of which a half is held.
 fn beside(c: &mut Criterion) {
-    let one = one_thread();
+    let one = testkit::pool(1);
     let mut group = c.benchmark_group("beside");
     group.sample_size(10);
     for side in SIDES {
@@ -202,7 +197,7 @@ fn beside(c: &mut Criterion) {
 
 /// The passes of an evaluation alone, and those of a product with the stiffness.
 fn passes(c: &mut Criterion) {
-    let one = one_thread();
+    let one = testkit::pool(1);
     let mut group = c.benchmark_group("passes");
     group.sample_size(10);
     for side in SIDES {

@@ -113,9 +113,8 @@ fn body(cells: [usize; 3], peak: f64) {
     let mut forces = vec![DVec3::ZERO; x.len()];
     let (nodes, pairs) = (x.len() as f64, body.pair_count() as f64);
     for threads in [1, 2] {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let mut times = Vec::new();
-        pool.expect("threads").install(|| {
+        testkit::pool(threads).install(|| {
             let start = Instant::now();
             while times.len() < 5 || start.elapsed().as_secs_f64() < PATIENCE {
                 time(&mut times, || body.forces_into(&x, &mut forces));

@@ -28,17 +28,9 @@ fn nearest(points: &[DVec3]) -> KNearest {
     k_nearest(points, &NearestSettings::default()).expect("finite points")
 }
 
-/// Runs the closure on one thread.
-fn one_thread() -> rayon::ThreadPool {
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(1)
-        .build()
-        .expect("a pool of one thread")
-}
-
 fn search(c: &mut Criterion) {
     let mut group = c.benchmark_group("mls/search");
-    let one = one_thread();
+    let one = testkit::pool(1);
     for (cells, nodes) in CELLS {
         let (block, _) = body(cells);
         group
@@ -84,7 +76,7 @@ fn weights(c: &mut Criterion) {
 
 fn stencils(c: &mut Criterion) {
     let mut group = c.benchmark_group("mls/stencils");
-    let one = one_thread();
+    let one = testkit::pool(1);
     for (cells, nodes) in CELLS {
         let (block, graph) = body(cells);
         let weights = inverse_square_weights(&block.positions, &graph);

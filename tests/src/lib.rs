@@ -24,6 +24,12 @@ macro_rules! assert_matches {
 
 /// What a function gives in a pool of so many threads.
 pub fn on_threads<T: Send>(threads: usize, run: impl FnOnce() -> T + Send) -> T {
+    pool(threads).install(run)
+}
+
+/// A pool of so many threads.
+#[must_use]
+pub fn pool(threads: usize) -> rayon::ThreadPool {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    pool.expect("a few threads").install(run)
+    pool.expect("a few threads")
 }
