@@ -64,10 +64,7 @@ fn stuffing(c: &mut Criterion) {
     ];
     for (name, solid) in &bodies {
         for nodes in [1_000, 10_000, 100_000] {
-            let settings = SampleSettings {
-                target: SampleTarget::NodeCount(nodes),
-                ..SampleSettings::default()
-            };
+            let settings = SampleSettings::nodes(nodes);
             group.throughput(Throughput::Elements(nodes as u64));
             group.bench_function(BenchmarkId::new(*name, nodes), |b| {
                 b.iter(|| sample_tetrahedra(black_box(solid), &settings));

@@ -109,10 +109,7 @@ fn steps(c: &mut Criterion) {
             ImplicitScheme::EnergyMomentum,
             ImplicitScheme::BackwardEuler,
         ] {
-            let newton = NewtonSettings {
-                tolerance: 1e-3,
-                ..NewtonSettings::default()
-            };
+            let newton = NewtonSettings::with_tolerance(1e-3);
             let mut solver = Implicit::new(ImplicitSettings { scheme, newton }).unwrap();
             let begin = moving(&case, ExplicitScheme::VelocityVerlet);
             group.bench_function(BenchmarkId::new(format!("{scheme:?}"), n), |b| {

@@ -3,8 +3,7 @@
 
 use glam::{DMat3, DVec3};
 use phyxel_discretize::{
-    Primitive, SampleSettings, SampleTarget, Solid, sample_points, sample_tetrahedra,
-    tetrahedra_edges,
+    Primitive, SampleSettings, Solid, sample_points, sample_tetrahedra, tetrahedra_edges,
 };
 use phyxel_mls::{
     ConservativeSettings, GradientStencils, NearestSettings, Neighborhoods, inverse_square_weights,
@@ -43,10 +42,7 @@ fn errors(
 fn liver_is_conservative_and_consistent() {
     let liver = Solid::from(Primitive::Liver);
     for count in [1500, 6000] {
-        let settings = SampleSettings {
-            target: SampleTarget::NodeCount(count),
-            ..Default::default()
-        };
+        let settings = SampleSettings::nodes(count);
         let nodes = sample_tetrahedra(&liver, &settings).unwrap();
         let (offsets, indices) = tetrahedra_edges(nodes.positions.len(), &nodes.tetrahedra);
         let edges = Neighborhoods::from_graph(offsets, indices).unwrap();
@@ -85,10 +81,7 @@ fn liver_is_conservative_and_consistent() {
 #[test]
 fn liver_without_tetrahedra_is_conservative_too() {
     let liver = Solid::from(Primitive::Liver);
-    let settings = SampleSettings {
-        target: SampleTarget::NodeCount(1500),
-        ..Default::default()
-    };
+    let settings = SampleSettings::nodes(1500);
     let nodes = sample_points(&liver, &settings, true).unwrap();
     let nearest = NearestSettings {
         nearest: 14,

@@ -1,7 +1,7 @@
 //! Tools in scenes: forces against weights, momentum and torn surfaces, with nothing but a scene and
 //! [`World`].
 
-use glam::{DQuat, DVec3};
+use glam::DVec3;
 use phyxel::scene::{Pose, Scene};
 use phyxel::{Action, Input, InputError, World};
 
@@ -154,10 +154,7 @@ fn a_program_leads_a_tool_by_hand() {
          supports: [(region: HalfSpace(point: (0, 0, -0.014), normal: (0, 0, -1)))],
          tools: [(shape: Sphere(radius: 0.01), path: [(time: 0, position: (0, 0, 0.03))])],",
     );
-    let at = |z: f64| Pose {
-        rotation: DQuat::IDENTITY,
-        position: DVec3::new(0.0, 0.0, z),
-    };
+    let at = |z: f64| Pose::at(DVec3::Z * z);
     let mut largest: f64 = 0.0;
     for step in 0..200_u64 {
         let depth = 2e-5 * f64::from(u32::try_from(step).unwrap());

@@ -8,15 +8,12 @@
 )]
 
 use glam::DVec3;
-use phyxel_discretize::{Primitive, SampleSettings, SampleTarget, sample_tetrahedra};
+use phyxel_discretize::{Primitive, SampleSettings, sample_tetrahedra};
 
 const SIZE: [usize; 2] = [480, 360];
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let settings = SampleSettings {
-        target: SampleTarget::NodeCount(6000),
-        ..SampleSettings::default()
-    };
+    let settings = SampleSettings::nodes(6000);
     let nodes = sample_tetrahedra(&Primitive::Liver.into(), &settings)?;
     let largest = nodes.volumes.iter().copied().fold(0.0, f64::max);
     let scale = 0.9 * SIZE[0] as f64 / 0.18;

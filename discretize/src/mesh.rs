@@ -41,6 +41,12 @@ impl Bounds {
         max: DVec3::NEG_INFINITY,
     };
 
+    /// The box between a lower and an upper corner.
+    #[must_use]
+    pub const fn new(min: DVec3, max: DVec3) -> Self {
+        Self { min, max }
+    }
+
     /// Smallest box around the points; [`Bounds::EMPTY`] for none.
     #[must_use]
     pub fn of(points: impl IntoIterator<Item = DVec3>) -> Self {

@@ -251,10 +251,7 @@ fn sampling_names_why_it_stops() {
         semi_axes: DVec3::new(1.0, 1.0, 1e-5),
     };
     // A point off the plate's middle: no lattice point lies in it.
-    let lower = Bounds {
-        min: DVec3::new(-1.0, -1.0, -0.37),
-        max: DVec3::new(1.0, 1.0, 0.4),
-    };
+    let lower = Bounds::new(DVec3::new(-1.0, -1.0, -0.37), DVec3::new(1.0, 1.0, 0.4));
     let thin = Solid::implicit(lower, move |p| plate.value(p));
     let gone = at(&thin, SampleTarget::Spacing(0.3));
     assert!(matches!(gone, SampleError::Vanished { .. }), "{gone}");
@@ -269,10 +266,7 @@ fn sampling_names_why_it_stops() {
         panic!("the function is not a number")
     };
     assert!(place.x > 0.0);
-    let half = Bounds {
-        min: DVec3::splat(-1.2),
-        max: DVec3::new(1.2, 1.2, 0.3),
-    };
+    let half = Bounds::new(DVec3::splat(-1.2), DVec3::new(1.2, 1.2, 0.3));
     let cut = Solid::implicit(half, |p| p.length() - 1.0);
     let SampleError::OutsideBounds { at: place } = at(&cut, SampleTarget::Spacing(0.2)) else {
         panic!("the ball is not inside its bounds")

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 use phyxel_discretize::{
-    Format, Primitive, RepairSettings, SampleSettings, SampleTarget, Solid, TextPlace, parse_mesh,
-    ply_surfels, read_point_cloud, repair, sample_surfels, surface_mesh,
+    Format, Primitive, RepairSettings, SampleSettings, Solid, TextPlace, parse_mesh, ply_surfels,
+    read_point_cloud, repair, sample_surfels, surface_mesh,
 };
 use testkit::cloud::Random;
 use testkit::tol::assert_relative;
@@ -399,10 +399,7 @@ fn what_is_written_reads_back() {
         phyxel_discretize::ply_mesh(&surface.clone().scaled(1e3)),
     )
     .unwrap();
-    let settings = SampleSettings {
-        target: SampleTarget::NodeCount(500),
-        ..SampleSettings::default()
-    };
+    let settings = SampleSettings::nodes(500);
     let sampled =
         phyxel_discretize::sample_file(&path, 1e-3, &RepairSettings::default(), &settings);
     std::fs::remove_file(&path).unwrap();

@@ -269,10 +269,7 @@ fn cuboid(size: DVec3, angle: f64) -> Mesh {
 /// Too few nodes for a plate or a needle are refused with a finer spacing that does; a spike is named by its end.
 #[test]
 fn the_spacing_that_is_advised_works() {
-    let at = |nodes| SampleSettings {
-        target: SampleTarget::NodeCount(nodes),
-        ..SampleSettings::default()
-    };
+    let at = |nodes| SampleSettings::nodes(nodes);
     for (size, angle) in [
         (DVec3::new(1.0, 1.0, 0.06), 0.0),
         (DVec3::new(1.0, 0.7, 0.08), 0.9),
@@ -318,14 +315,10 @@ fn nodes_do_not_depend_on_the_unit() {
     let egg = Solid::from(Primitive::Ellipsoid { semi_axes: odd });
     let egg = surface_mesh(&egg, 0.2).unwrap();
     for (mesh, settings) in [
-        (cuboid(odd, 0.0), SampleTarget::NodeCount(700)),
-        (cuboid(odd, 0.4), SampleTarget::NodeCount(500)),
-        (egg, SampleTarget::NodeCount(600)),
+        (cuboid(odd, 0.0), SampleSettings::nodes(700)),
+        (cuboid(odd, 0.4), SampleSettings::nodes(500)),
+        (egg, SampleSettings::nodes(600)),
     ] {
-        let settings = SampleSettings {
-            target: settings,
-            ..SampleSettings::default()
-        };
         let one = sample_tetrahedra(&Solid::from_mesh(mesh.clone()), &settings).unwrap();
         let bare = sample_points(&Solid::from_mesh(mesh.clone()), &settings, true).unwrap();
         for scale in [1e-6, 0.3, 1e6] {

@@ -194,10 +194,7 @@ fn estimates_are_near_what_is_made() {
     });
     let volume = 4.0 / 3.0 * std::f64::consts::PI * 1e-3;
     for spacing in [0.016, 0.01] {
-        let settings = SampleSettings {
-            target: SampleTarget::Spacing(spacing),
-            ..SampleSettings::default()
-        };
+        let settings = SampleSettings::spacing(spacing);
         let tetrahedra = sample_tetrahedra(&ball, &settings).unwrap().positions.len() as f64;
         let points = sample_points(&ball, &settings, false)
             .unwrap()

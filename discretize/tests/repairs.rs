@@ -3,8 +3,8 @@
 use crate::common::{cube, join};
 use glam::DVec3;
 use phyxel_discretize::{
-    Mesh, Primitive, RepairSettings, SampleError, SampleSettings, SampleTarget, Solid, repair,
-    sample_tetrahedra, surface_mesh,
+    Mesh, Primitive, RepairSettings, SampleError, SampleSettings, Solid, repair, sample_tetrahedra,
+    surface_mesh,
 };
 use testkit::tol::assert_relative;
 
@@ -73,10 +73,7 @@ fn nested_parts_and_cavities() {
 
 #[test]
 fn thin_and_lost_parts_are_refused_or_told() {
-    let at = |spacing| SampleSettings {
-        target: SampleTarget::Spacing(spacing),
-        ..SampleSettings::default()
-    };
+    let at = |spacing| SampleSettings::spacing(spacing);
     let plate = Primitive::Ellipsoid {
         semi_axes: DVec3::new(1.0, 1.0, 0.01),
     };

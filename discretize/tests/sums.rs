@@ -175,10 +175,7 @@ proptest! {
     #[test]
     fn random_blobs_in_any_frame_and_scale(blob in blob()) {
         let (solid, size) = (blob.solid(), blob.size);
-        let settings = SampleSettings {
-            target: SampleTarget::Spacing(0.22 * size),
-            ..SampleSettings::default()
-        };
+        let settings = SampleSettings::spacing(0.22 * size);
         let run = || sample_tetrahedra(&solid, &settings).expect("a blob of many cells");
         let s = on_threads(1, run);
         check_sums("sums", &s);

@@ -1,7 +1,7 @@
 use super::{Audit, RigidEnergies};
 use crate::motion::{Motion, MotionSettings};
 use crate::supports::BoundaryConditions;
-use crate::testing::{Chain, free, nothing, one_node, oscillator};
+use crate::testing::{Chain, damped, free, nothing, one_node, oscillator, pulled};
 use crate::trajectory::Trajectory;
 use crate::view::StepView;
 use glam::DVec3;
@@ -29,10 +29,7 @@ fn verlet_balances_energy_exactly_at_equal_phase_and_within_bounds_between() {
 
 #[test]
 fn gravity_work_is_exact_in_free_fall() {
-    let settings = MotionSettings {
-        gravity: DVec3::new(0.0, 0.0, -9.81),
-        ..MotionSettings::default()
-    };
+    let settings = pulled(DVec3::new(0.0, 0.0, -9.81));
     let mut motion = one_node(settings);
     motion.advance_to(1.0, 0.013, nothing).unwrap();
     let (z, audit) = (motion.positions()[0].z, motion.audit());
@@ -48,10 +45,7 @@ fn driven_end_of_a_chain_balances_work() {
     let path = Trajectory::ramp(0.0, 0.7, DVec3::new(0.3, 0.1, 0.0)).unwrap();
     supports.drive(&[11], [true, true, true], path, &chain.rest);
     let run = |damping: f64, step: f64| {
-        let settings = MotionSettings {
-            damping,
-            ..MotionSettings::default()
-        };
+        let settings = damped(damping);
         let mut motion =
             Motion::new(&chain.rest, &chain.masses, supports.clone(), settings).unwrap();
         motion
@@ -109,10 +103,7 @@ fn the_balance_of_a_stiff_mode_closes_and_stays_closed_when_damping_has_taken_it
         }
     };
     let step = 0.95 * 2.0 / (50.0 / reduced).sqrt();
-    let settings = MotionSettings {
-        damping: 0.1,
-        ..MotionSettings::default()
-    };
+    let settings = damped(0.1);
     let mut motion = Motion::new(&rest, &masses, BoundaryConditions::free(2), settings).unwrap();
     motion.set_pieces(&[0, 0]);
     let velocities = [0.3, -0.2].map(|v| DVec3::X * v);
@@ -208,10 +199,7 @@ fn rigid_motion_is_no_measure_of_the_imbalance() {
 fn the_balance_closes_whatever_steps_and_loads_do() {
     let chain = Chain::new(12, 50.0, 0.1);
     let supports = BoundaryConditions::free(12);
-    let settings = MotionSettings {
-        gravity: DVec3::new(0.3, 0.0, -9.81),
-        ..MotionSettings::default()
-    };
+    let settings = pulled(DVec3::new(0.3, 0.0, -9.81));
     let stiffness = 50.0;
     let springs = |x: &[DVec3], f: &mut [DVec3]| {
         // Linear ones: such as keep the balance to round-off.

@@ -20,10 +20,7 @@ fn newton_converges_quadratically_to_round_off() {
         forces: &loads,
         ..StaticLoad::default()
     };
-    let settings = NewtonSettings {
-        tolerance: 1e-12,
-        ..NewtonSettings::default()
-    };
+    let settings = NewtonSettings::with_tolerance(1e-12);
     let report = solve_static(&mut network, &mut x, &supports, &load, &settings).unwrap();
     let last = report.steps.last().unwrap();
     assert!(last.relative_residual() < 1e-12, "{last:?}");
@@ -56,10 +53,7 @@ fn driven_supports_stretch_a_chain_evenly() {
         times: [0.0, 1.0],
         ..StaticLoad::default()
     };
-    let settings = NewtonSettings {
-        tolerance: 1e-12,
-        ..NewtonSettings::default()
-    };
+    let settings = NewtonSettings::with_tolerance(1e-12);
     let report = solve_static(&mut chain, &mut x, &supports, &load, &settings).unwrap();
     for (i, (x, rest)) in x.iter().zip(&rest).enumerate() {
         let share = f64::from(u32::try_from(i + 1).unwrap()) / 9.0;

@@ -2,7 +2,7 @@ use super::*;
 use crate::audit::Audit;
 use crate::motion::MotionSettings;
 use crate::supports::BoundaryConditions;
-use crate::testing::{Chain, Network, OMEGA, free, nothing, one_node, oscillator};
+use crate::testing::{Chain, Network, OMEGA, damped, free, nothing, one_node, oscillator, pulled};
 use crate::trajectory::{Ease, Trajectory};
 use proptest::prelude::*;
 use testkit::assert_matches;
@@ -66,10 +66,7 @@ fn viscous_damping_decays_as_the_oscillator_does() {
 #[test]
 fn a_changed_step_keeps_the_scheme() {
     // Free fall is exact for any sequence of steps only if velocities are synchronous.
-    let settings = MotionSettings {
-        gravity: -DVec3::Z,
-        ..MotionSettings::default()
-    };
+    let settings = pulled(-DVec3::Z);
     let mut motion = one_node(settings);
     for step in [0.1, 0.01, 0.3, 0.003] {
         motion.step(step, nothing).unwrap();
@@ -85,10 +82,7 @@ fn reactions_carry_the_weight() {
     let mut supports = BoundaryConditions::free(2);
     supports.fix_axes(0, [false, false, true]);
     supports.fix_axes(1, [true, true, true]);
-    let settings = MotionSettings {
-        gravity: -DVec3::Z * 9.81,
-        ..MotionSettings::default()
-    };
+    let settings = pulled(-DVec3::Z * 9.81);
     let mut motion = Motion::new(&chain.rest, &chain.masses, supports, settings).unwrap();
     motion.step(0.01, |x, f| chain.forces(x, f)).unwrap();
     let reactions = motion.reactions();
@@ -321,7 +315,7 @@ proptest! {
     fn fixed_nodes_never_move(seed in 0_u64..1000, node in 0_u32..10) {
         let rest = uniform(10, 1.0, seed);
         let network = Network::complete(&rest, 5.0);
-        let settings = MotionSettings { gravity: DVec3::new(1.0, -2.0, 3.0), ..MotionSettings::default() };
+        let settings = pulled(DVec3::new(1.0, -2.0, 3.0));
         let supports = BoundaryConditions::fixed(10, &[node]);
         let mut motion = Motion::new(&rest, &[1.0; 10], supports, settings).unwrap();
         motion.set_velocities(&uniform(10, 0.5, seed + 1)).unwrap();
@@ -338,10 +332,7 @@ proptest! {
 fn a_written_state_continues_to_the_same_bits() {
     let rest = uniform(9, 1.0, 3);
     let network = Network::complete(&rest, 20.0);
-    let settings = MotionSettings {
-        damping: 0.1,
-        ..MotionSettings::default()
-    };
+    let settings = damped(0.1);
     let supports = BoundaryConditions::fixed(9, &[2]);
     let mut motion = Motion::new(&rest, &[0.5; 9], supports, settings).unwrap();
     let mut other = motion.clone();

@@ -193,10 +193,7 @@ mod tests {
         let solve = |law: &mut dyn ForceLaw| {
             let mut x = body().1;
             let supports = BoundaryConditions::fixed(20, &[0, 1, 2]);
-            let settings = NewtonSettings {
-                tolerance: 1e-9,
-                ..NewtonSettings::default()
-            };
+            let settings = NewtonSettings::with_tolerance(1e-9);
             solve_static(law, &mut x, &supports, &load, &settings).unwrap();
             x
         };

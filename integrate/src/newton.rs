@@ -36,6 +36,17 @@ impl Default for NewtonSettings {
     }
 }
 
+impl NewtonSettings {
+    /// The default but for the fraction below which unbalanced forces are accepted.
+    #[must_use]
+    pub fn with_tolerance(tolerance: f64) -> Self {
+        Self {
+            tolerance,
+            ..Self::default()
+        }
+    }
+}
+
 /// What a solve took.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[non_exhaustive]

@@ -1,7 +1,7 @@
 use super::*;
 use crate::motion::MotionSettings;
 use crate::supports::BoundaryConditions;
-use crate::testing::{Network, nothing};
+use crate::testing::{Network, damped, nothing};
 use testkit::cloud::uniform;
 
 /// Two clouds of ten nodes, springs within each.
@@ -82,10 +82,7 @@ fn free_pieces_keep_their_momenta_whatever_the_damping() {
 #[test]
 fn implicit_steps_leave_free_pieces_their_momenta_too() {
     use crate::implicit::{Implicit, ImplicitScheme, ImplicitSettings};
-    let settings = MotionSettings {
-        damping: 3.0,
-        ..MotionSettings::default()
-    };
+    let settings = damped(3.0);
     let (mut motion, mut network) = spinning(settings, BoundaryConditions::free(20));
     motion.set_pieces(&(0..20).map(|i| i / 10).collect::<Vec<u32>>());
     let before = [momenta(&motion, 0..10), momenta(&motion, 10..20)];
@@ -110,10 +107,7 @@ fn implicit_steps_leave_free_pieces_their_momenta_too() {
 
 #[test]
 fn held_pieces_are_damped_as_before() {
-    let settings = MotionSettings {
-        damping: 3.0,
-        ..MotionSettings::default()
-    };
+    let settings = damped(3.0);
     let supports = || BoundaryConditions::fixed(20, &[12]);
     let (mut plain, network) = spinning(settings, supports());
     let (mut pieces, _) = spinning(settings, supports());
@@ -134,10 +128,7 @@ fn held_pieces_are_damped_as_before() {
 
 #[test]
 fn few_nodes_turn_only_as_they_can() {
-    let settings = MotionSettings {
-        damping: 5.0,
-        ..MotionSettings::default()
-    };
+    let settings = damped(5.0);
     // One node, two on a line.
     let rest = [DVec3::ZERO, DVec3::X * 4.0, DVec3::X * 5.0];
     let mut motion = Motion::new(

@@ -22,6 +22,20 @@ pub(crate) fn one_node(settings: MotionSettings) -> Motion {
     Motion::new(&[DVec3::X], &[1.0], supports, settings).unwrap()
 }
 
+pub(crate) fn damped(damping: f64) -> MotionSettings {
+    MotionSettings {
+        damping,
+        ..MotionSettings::default()
+    }
+}
+
+pub(crate) fn pulled(gravity: DVec3) -> MotionSettings {
+    MotionSettings {
+        gravity,
+        ..MotionSettings::default()
+    }
+}
+
 /// No forces at all.
 pub(crate) fn nothing(_: &[DVec3], f: &mut [DVec3]) -> f64 {
     f.fill(DVec3::ZERO);

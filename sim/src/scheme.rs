@@ -118,10 +118,7 @@ pub(crate) fn equilibrium(
             steps: LOAD_STEPS,
             ..StaticLoad::default()
         },
-        &NewtonSettings {
-            tolerance: AT_REST,
-            ..NewtonSettings::default()
-        },
+        &NewtonSettings::with_tolerance(AT_REST),
     )?;
     Ok(positions)
 }

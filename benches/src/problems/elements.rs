@@ -224,10 +224,7 @@ impl Elements {
     ) -> Result<Vec<DVec3>, StudyError> {
         let mut x = self.rest.clone();
         supports.place(0.0, &mut x);
-        let settings = NewtonSettings {
-            tolerance: 1e-10,
-            ..NewtonSettings::default()
-        };
+        let settings = NewtonSettings::with_tolerance(1e-10);
         let rest = self.rest.clone();
         solve_static(self, &mut x, supports, &StaticLoad::of(forces), &settings)?;
         Ok(x.iter().zip(&rest).map(|(x, rest)| *x - *rest).collect())

@@ -189,10 +189,7 @@ impl<B: ForceLaw> Press<B> {
         let mut x = self.rest.clone();
         let shape = RigidShape::Sphere { radius };
         let mut law = Pressed::new(&mut self.body, &mut self.contact, shape, pose);
-        let settings = NewtonSettings {
-            tolerance,
-            ..NewtonSettings::default()
-        };
+        let settings = NewtonSettings::with_tolerance(tolerance);
         let load = StaticLoad::default();
         let report = solve_static(&mut law, &mut x, &self.supports, &load, &settings)?;
         let sum = law.tool_forces[0];

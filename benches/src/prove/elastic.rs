@@ -3,7 +3,7 @@
 
 use super::Proof;
 use glam::{DMat3, DVec3};
-use phyxel_discretize::{Primitive, SampleSettings, SampleTarget, Solid, sample_tetrahedra};
+use phyxel_discretize::{Primitive, SampleSettings, Solid, sample_tetrahedra};
 use phyxel_elastic::{Dilatation, Material, Settings};
 
 use crate::problems::cantilever as beam;
@@ -44,10 +44,7 @@ pub(super) fn patch_test_with_affine_boundary(proof: &mut Proof) {
         "three sizes of cells: {least} to {most}"
     );
     // Corners of the tetrahedra that fill an organ, in units of its length.
-    let settings = SampleSettings {
-        target: SampleTarget::NodeCount(800),
-        ..SampleSettings::default()
-    };
+    let settings = SampleSettings::nodes(800);
     let liver = sample_tetrahedra(&Solid::from(Primitive::Liver), &settings).expect("a thick body");
     let length = Primitive::Liver.bounds().size().x;
     let places = liver.positions.iter().map(|x| *x / length).collect();

@@ -175,10 +175,7 @@ fn measure(ratio: f64, reference: f64, nodes: (f64, Form)) -> Result<Measured, S
         &mut positions,
         body.motion.supports(),
         &load,
-        &NewtonSettings {
-            tolerance: TOLERANCE,
-            ..NewtonSettings::default()
-        },
+        &NewtonSettings::with_tolerance(TOLERANCE),
     )?;
     let moved = positions.iter().zip(&body.rest).zip(&shares);
     let deflection: f64 = moved

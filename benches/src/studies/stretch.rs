@@ -215,10 +215,7 @@ fn stretch(
     let far = block.nodes(|x| x.x > 1.0 - edge);
     supports.drive(&far, [true, false, false], pull, &block.rest);
     let mut x = block.rest.clone();
-    let settings = NewtonSettings {
-        tolerance: TOLERANCE,
-        ..NewtonSettings::default()
-    };
+    let settings = NewtonSettings::with_tolerance(TOLERANCE);
     let load = StaticLoad {
         times: [0.0, 1.0],
         // One step of a third is so far from balance that Newton's method may end in another, uneven

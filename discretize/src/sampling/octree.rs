@@ -321,10 +321,7 @@ fn at_surface(solid: &Solid, center: DVec3, size: DVec3) -> bool {
     };
     let half = 0.5 * size * (1.0 + SLACK);
     let mut touching = Vec::new();
-    let bounds = Bounds {
-        min: center - half,
-        max: center + half,
-    };
+    let bounds = Bounds::new(center - half, center + half);
     hierarchy.touching_into(&bounds, &mut touching);
     touching.iter().any(|t| {
         let normal = mesh.area_vector(*t as usize).normalize_or_zero();

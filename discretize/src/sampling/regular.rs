@@ -112,10 +112,10 @@ mod tests {
 
     #[test]
     fn a_lattice_fills_its_box_with_the_nodes_asked_for() {
-        let bounds = Bounds {
-            min: DVec3::new(-0.035, -0.035, -0.105),
-            max: DVec3::new(0.035, 0.035, 0.105),
-        };
+        let bounds = Bounds::new(
+            DVec3::new(-0.035, -0.035, -0.105),
+            DVec3::new(0.035, 0.035, 0.105),
+        );
         let found = sample_lattice(bounds, [8, 8, 22]).unwrap();
         assert_eq!(found.positions.len(), 1_408);
         assert_eq!(found.tetrahedra.len(), 6 * 7 * 7 * 21);
@@ -140,10 +140,7 @@ mod tests {
     /// A large body's rows read a few layers, whatever its nodes were called before; a small one follows a curve.
     #[test]
     fn many_nodes_are_ordered_in_layers() {
-        let bounds = Bounds {
-            min: DVec3::ZERO,
-            max: DVec3::new(5.0, 1.0, 1.0),
-        };
+        let bounds = Bounds::new(DVec3::ZERO, DVec3::new(5.0, 1.0, 1.0));
         let farthest = |counts: [u32; 3]| {
             let sampling = sample_lattice(bounds, counts).unwrap();
             let spans = sampling.tetrahedra.iter().map(|t| {
@@ -159,10 +156,7 @@ mod tests {
 
     #[test]
     fn thin_and_huge_lattices_are_refused() {
-        let bounds = Bounds {
-            min: DVec3::ZERO,
-            max: DVec3::ONE,
-        };
+        let bounds = Bounds::new(DVec3::ZERO, DVec3::ONE);
         for counts in [[1, 8, 8], [8, 8, 0], [3_000, 3_000, 3_000]] {
             let refused = sample_lattice(bounds, counts);
             assert!(

@@ -432,9 +432,11 @@ mod tests {
 
     #[test]
     fn units_are_told_by_the_longest_side() {
-        let extent = |longest: f64| Bounds {
-            min: DVec3::ZERO,
-            max: DVec3::new(longest, 0.5 * longest, 0.1 * longest),
+        let extent = |longest: f64| {
+            Bounds::new(
+                DVec3::ZERO,
+                DVec3::new(longest, 0.5 * longest, 0.1 * longest),
+            )
         };
         assert_eq!(guess_unit(&extent(0.12)), UnitGuess::Metres);
         assert_eq!(guess_unit(&extent(90.0)), UnitGuess::Millimetres);

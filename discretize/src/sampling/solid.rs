@@ -96,10 +96,7 @@ impl Primitive {
             } => DVec3::new(outer_radius, outer_radius, half_length),
             Self::Liver => DVec3::new(0.092, 0.078, 0.068),
         };
-        Bounds {
-            min: -half,
-            max: half,
-        }
+        Bounds::new(-half, half)
     }
 }
 

@@ -51,10 +51,7 @@ pub(crate) fn check_boundary(name: &str, x: &[DVec3], b: &[DVec3], volume: f64, 
 }
 
 pub(crate) fn sample(solid: &Solid, count: usize) -> Result<SampledNodes, SampleError> {
-    let settings = SampleSettings {
-        target: SampleTarget::NodeCount(count),
-        ..SampleSettings::default()
-    };
+    let settings = SampleSettings::nodes(count);
     sample_tetrahedra(solid, &settings)
 }
 
@@ -251,10 +248,7 @@ impl Blob {
     }
 
     pub(crate) fn solid(self) -> Solid {
-        let bounds = Bounds {
-            min: self.center() - self.reach(),
-            max: self.center() + self.reach(),
-        };
+        let bounds = Bounds::new(self.center() - self.reach(), self.center() + self.reach());
         Solid::implicit(bounds, move |p| self.value(p))
     }
 

@@ -8,7 +8,7 @@ use crate::motion::{Motion, MotionSettings};
 use crate::newton::{NewtonSettings, SolveError};
 use crate::shape::RigidShape;
 use crate::supports::BoundaryConditions;
-use crate::testing::{Network, patch};
+use crate::testing::{Network, damped, patch};
 use crate::tool::{Drive, RigidTool};
 use crate::trajectory::{Ease, Trajectory};
 use glam::DQuat;
@@ -85,10 +85,7 @@ fn implicit_steps_with_friction_agree_with_explicit_ones() {
     let path = Trajectory::translation(keys, Ease::Smooth).unwrap();
     let origin = Pose::at(DVec3::new(1.1, 0.9, 0.65));
     let shape = RigidShape::Sphere { radius: 0.6 };
-    let settings = MotionSettings {
-        damping: 2.0,
-        ..MotionSettings::default()
-    };
+    let settings = damped(2.0);
     let supports = BoundaryConditions::fixed(9, &[0, 2, 6, 8]);
     let run = |friction: f64, steps: u32, implicit: bool| {
         let (contact, rest) = contact(friction);

@@ -3,7 +3,7 @@ use crate::contact::{ContactSettings, ContactSurface};
 use crate::law::ForceLaw;
 use crate::motion::{Motion, MotionSettings};
 use crate::supports::BoundaryConditions;
-use crate::testing::{Network, patch};
+use crate::testing::{Network, damped, patch};
 use crate::tool::{Drive, RigidTool};
 use crate::trajectory::{Ease, Trajectory};
 use glam::DQuat;
@@ -225,10 +225,7 @@ fn a_turning_plate_drags_the_net_by_friction_and_its_work_arrives() {
     let (contact, rest) = contact(300.0, 0.5);
     let mut law = Network::complete(&rest, 30.0);
     let supports = BoundaryConditions::fixed(9, &[0, 2, 6, 8]);
-    let settings = MotionSettings {
-        damping: 8.0,
-        ..MotionSettings::default()
-    };
+    let settings = damped(8.0);
     let mut motion = Motion::new(&rest, &[1.0; 9], supports, settings).unwrap();
     let down = Pose::at(DVec3::Z * -0.15);
     let turned = Pose {

@@ -73,10 +73,7 @@ impl Scheme {
             Self::BackwardEuler { tolerance, .. } => (ImplicitScheme::BackwardEuler, tolerance),
             Self::EnergyMomentum { tolerance, .. } => (ImplicitScheme::EnergyMomentum, tolerance),
         };
-        let newton = NewtonSettings {
-            tolerance,
-            ..NewtonSettings::default()
-        };
+        let newton = NewtonSettings::with_tolerance(tolerance);
         Some(ImplicitSettings { scheme, newton })
     }
 }

@@ -255,10 +255,7 @@ fn insides() -> Result<Vec<Drawn>, StudyError> {
         ("a concave rim", notched),
         ("a thin plate", plate),
     ] {
-        let bounds = phyxel_discretize::Bounds {
-            min: DVec3::splat(-0.42),
-            max: DVec3::splat(0.42),
-        };
+        let bounds = phyxel_discretize::Bounds::new(DVec3::splat(-0.42), DVec3::splat(0.42));
         let solid = Solid::implicit(bounds, value);
         let surfels = sample_surfels(&surface_mesh(&solid, 0.012)?, 500, Some(&solid));
         let tissue = at_rest(&surfels, RadiusRule::Covering)?;

@@ -25,10 +25,7 @@ fn bodies() -> Vec<(&'static str, Solid)> {
         Solid::implicit(shape.bounds(), move |p| shape.value(p))
     };
     let round = |half: DVec3, edge: f64| {
-        let bounds = Bounds {
-            min: -half,
-            max: half,
-        };
+        let bounds = Bounds::new(-half, half);
         Solid::implicit(bounds, move |p| {
             let q = p.abs() - (half - edge);
             q.max(DVec3::ZERO).length() + q.max_element().min(0.0) - edge

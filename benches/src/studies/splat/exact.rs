@@ -38,10 +38,7 @@ fn bodies() -> Vec<Body> {
         }),
     };
     let half = DVec3::new(RING + TUBE, RING + TUBE, TUBE);
-    let bounds = Bounds {
-        min: -half,
-        max: half,
-    };
+    let bounds = Bounds::new(-half, half);
     let torus = Body {
         name: "torus",
         solid: Solid::implicit(bounds, |p| (p.truncate().length() - RING).hypot(p.z) - TUBE),

@@ -195,10 +195,7 @@ impl Session {
 
     /// Puts a tool somewhere at once: a user takes it up, or lays it aside (`None`).
     pub fn put_tool(&mut self, tool: usize, pose: Option<Pose>) {
-        let parked = Pose {
-            position: PARKED,
-            ..Pose::IDENTITY
-        };
+        let parked = Pose::at(PARKED);
         if let Some(lead) = self.leads.get_mut(tool) {
             let pose = pose.unwrap_or(parked);
             lead.put(placement(&pose));
@@ -476,10 +473,7 @@ impl Session {
 }
 
 fn at(position: DVec3) -> Placement {
-    placement(&Pose {
-        position,
-        ..Pose::IDENTITY
-    })
+    placement(&Pose::at(position))
 }
 
 fn placement(pose: &Pose) -> Placement {

@@ -37,13 +37,6 @@ impl Noise {
     }
 }
 
-fn at(position: DVec3) -> Pose {
-    Pose {
-        position,
-        ..Pose::IDENTITY
-    }
-}
-
 fn settle(session: &mut Session) {
     while session.is_settling() {
         session.step().unwrap();
@@ -97,9 +90,12 @@ fn a_scripted_session_holds_and_its_recording_repeats_it_to_the_bit() {
                     session.pull(noise.within(low, high));
                     session.let_go();
                     let place = noise.within(low, high);
-                    session.put_tool(0, Some(at(DVec3::new(place.x, place.y, high.z + 0.03))));
+                    session.put_tool(
+                        0,
+                        Some(Pose::at(DVec3::new(place.x, place.y, high.z + 0.03))),
+                    );
                 }
-                2 => session.lead_tool(0, at(noise.within(low, high))),
+                2 => session.lead_tool(0, Pose::at(noise.within(low, high))),
                 _ => {
                     session.put_tool(0, None);
                     // From above, to somewhere inside.

@@ -43,10 +43,7 @@ pub fn for_mesh(
     let (a, b) = (turned(extent.min), turned(extent.max));
     let to_file = up.rotation().inverse();
     let is_tissue = |place: DVec3| solid.contains(to_file * place / scale);
-    let place = Bounds {
-        min: a.min(b),
-        max: a.max(b),
-    };
+    let place = Bounds::new(a.min(b), a.max(b));
     let mut scene = standing(file, scale, up, place, &is_tissue);
     scene.name = file
         .file_stem()

@@ -261,10 +261,7 @@ fn the_default_scene_of_a_mesh_fits_its_box_as_it_stands() {
     for (name, up) in [("cow #1.obj", Axis::Y), ("part.stl", Axis::Z)] {
         let file = folder.path().join(name);
         std::fs::write(&file, "").expect("it can be written");
-        let extent = Bounds {
-            min: DVec3::new(-1.0, 0.0, -2.0),
-            max: DVec3::new(1.0, 3.0, 2.0),
-        };
+        let extent = Bounds::new(DVec3::new(-1.0, 0.0, -2.0), DVec3::new(1.0, 3.0, 2.0));
         let solid = Solid::implicit(extent, |_| -1.0);
         let (scene, unit) = for_mesh(&file, &solid, &[]).expect("it is valid");
         assert_eq!(unit, phyxel_discretize::guess_unit(&extent));
@@ -304,10 +301,7 @@ fn the_default_blade_meets_tissue() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = folder.path().join("two.stl");
     std::fs::write(&file, "").expect("it can be written");
-    let extent = Bounds {
-        min: DVec3::ZERO,
-        max: DVec3::new(0.1, 0.08, 0.06),
-    };
+    let extent = Bounds::new(DVec3::ZERO, DVec3::new(0.1, 0.08, 0.06));
     let blade = |body: fn(DVec3) -> bool| {
         let solid = Solid::implicit(extent, move |p| if body(p) { -1.0 } else { 1.0 });
         let (scene, _) = for_mesh(&file, &solid, &[]).expect("it is valid");
