@@ -60,7 +60,7 @@ fn a_thread_more_changes_no_bit() {
 fn graded_samplings_have_exact_sums_and_good_angles() {
     for shape in shapes() {
         let analytic = Solid::from(shape);
-        let mesh = Solid::from_mesh(surface_mesh(&analytic, 0.01).unwrap());
+        let mesh = Solid::from_mesh(surface_mesh(&analytic, 0.02).unwrap());
         for (body, solid) in [("function", &analytic), ("mesh", &mesh)] {
             for (factor, coarsest) in [(1.0, 4.0), (0.5, 1.0), (0.25, 2.0)] {
                 let grading = refined(DVec3::new(0.03, 0.02, 0.02), 0.01, factor, coarsest);

@@ -55,7 +55,7 @@ fn with(target: SampleTarget, grading: Grading) -> SampleSettings {
 fn every_shape_lattice_and_octree_with_and_without_surface_nodes() {
     for shape in shapes() {
         let analytic = Solid::from(shape);
-        let mesh = Solid::from_mesh(surface_mesh(&analytic, 0.012).unwrap());
+        let mesh = Solid::from_mesh(surface_mesh(&analytic, 0.02).unwrap());
         for solid in [&analytic, &mesh] {
             for grading in gradings(DVec3::new(0.03, 0.02, 0.02), 0.01) {
                 for on_surface in [false, true] {

@@ -89,7 +89,7 @@ fn check(name: &str, solid: &Solid, turned: &Solid, turn: DMat3, shift: DVec3, c
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(3))]
+    #![proptest_config(ProptestConfig::with_cases(2))]
 
     #[test]
     fn turned_bodies_have_the_same_nodes_turned(

@@ -102,7 +102,7 @@ fn copy(from: &Path, to: &Path) {
 
 #[test]
 fn meshes() {
-    attack("meshes", 40, meshes::case);
+    attack("meshes", 24, meshes::case);
 }
 
 #[test]
