@@ -290,7 +290,7 @@ impl Watch {
             let body = &member.body;
             let audit = body.motion.audit();
             elastic += audit.elastic;
-            dissipated += audit.dissipated;
+            dissipated += audit.taken();
             balance += audit.energy_error();
             let (before, now) = (self.before[index], Energies::of(member));
             self.before[index] = now;
@@ -406,7 +406,7 @@ impl Watch {
             row.decay += cut_energy(member).decay;
             row.elastic += audit.elastic;
             row.kinetic += audit.kinetic;
-            row.dissipated += audit.dissipated;
+            row.dissipated += audit.taken();
             balance += audit.energy_error();
             let severed = member.cutting.as_ref().map_or(0, Cutting::severed_pairs);
             row.severed += severed;

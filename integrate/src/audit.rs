@@ -60,6 +60,19 @@ impl Audit {
             - self.external_work()
     }
 
+    /// Energy (J) that damping and the scheme took.
+    #[must_use]
+    pub fn taken(&self) -> f64 {
+        self.dissipated + self.numerical.max(0.0)
+    }
+
+    /// Energy that nothing explains, over the larger of what is stored and what damping and the scheme took.
+    #[must_use]
+    pub fn unexplained(&self) -> f64 {
+        let scale = self.elastic.max(self.taken());
+        self.energy_error().abs() / scale.max(f64::MIN_POSITIVE)
+    }
+
     /// Energy that the balance is to be judged by: the sum of all amounts that went in or out.
     #[must_use]
     pub fn scale(&self) -> f64 {

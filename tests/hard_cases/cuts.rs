@@ -24,7 +24,7 @@ fn slivers_part_a_block_as_one_cut_does() {
     assert_eq!(pieces(&one).len(), 2);
     assert_eq!(pieces(&one), pieces(&three));
     assert_eq!(severed(&one), severed(&three));
-    let off = imbalance(&three.members()[0].body);
+    let off = three.members()[0].body.motion.audit().unexplained();
     assert!(off < 0.02, "audit off by {off}");
 }
 
@@ -93,7 +93,7 @@ fn a_hundred_cuts() {
     let captures: usize = cuts.map(|cut| world.capture_count(cut)).sum();
     assert_eq!(cutting(&world).counts().0, captures, "each is taken up");
     assert!(before > 10, "{before} pairs severed");
-    let off = imbalance(&world.members()[0].body);
+    let off = world.members()[0].body.motion.audit().unexplained();
     assert!(off < 0.02, "audit off by {off}");
 }
 
@@ -130,7 +130,11 @@ fn a_block_is_cut_while_compressed_to_half() {
         "{} J of {pressed} J are left",
         audit.elastic
     );
-    assert!(imbalance(body) < 0.02, "audit off by {}", imbalance(body));
+    assert!(
+        body.motion.audit().unexplained() < 0.02,
+        "audit off by {}",
+        body.motion.audit().unexplained()
+    );
 }
 
 #[test]
@@ -197,7 +201,11 @@ fn a_cut_through_the_support_leaves_both_parts_held() {
             assert!(x.distance(*rest) < 0.01, "{rest} fell to {x}");
         }
     }
-    assert!(imbalance(body) < 0.01, "audit off by {}", imbalance(body));
+    assert!(
+        body.motion.audit().unexplained() < 0.01,
+        "audit off by {}",
+        body.motion.audit().unexplained()
+    );
 }
 
 #[test]

@@ -54,12 +54,6 @@ pub(super) fn check(world: &World) {
     }
 }
 
-/// Energy for which the audit does not account, over the larger of what is stored and what damping took.
-pub(super) fn imbalance(body: &Body) -> f64 {
-    let audit = body.motion.audit();
-    audit.energy_error().abs() / audit.elastic.max(audit.dissipated).max(1e-300)
-}
-
 /// Sizes of the connected pieces, largest first.
 pub(super) fn pieces(world: &World) -> Vec<u32> {
     let mut sizes = world.members()[0].pieces().sizes;

@@ -36,8 +36,7 @@ fn at_rest(material: &str, body: &str) -> World {
 }
 
 pub(super) fn imbalance(world: &World) -> f64 {
-    let audit = world.members()[0].body.motion.audit();
-    audit.energy_error().abs() / audit.elastic.max(audit.dissipated)
+    world.members()[0].body.motion.audit().unexplained()
 }
 
 #[test]

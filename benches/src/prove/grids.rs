@@ -33,11 +33,10 @@ pub(super) fn every_embedded_scene_ends_well_with_the_grid_at_three_sizes(proof:
         let played = world.play(end, |_| {});
         assert!(played.is_ok(), "{name}, {nodes} nodes: {played:?}");
         let audit = world.members()[0].body.motion.audit();
-        let unexplained = audit.energy_error().abs() / audit.elastic.max(audit.dissipated);
         // 4.7e-3 at most, in the liver of 1,100 nodes.
         proof.below(
             format!("energy-balance error of {name}, {nodes} nodes"),
-            unexplained,
+            audit.unexplained(),
             0.02,
         );
         let member = &world.members()[0];

@@ -224,7 +224,7 @@ fn play(proof: &mut Proof, case: &Case) {
     proof.below(what("depth over the spacing"), deepest, asked[0]);
     for member in world.members() {
         let audit = member.body.motion.audit();
-        let share = audit.energy_error().abs() / audit.elastic.max(audit.dissipated);
+        let share = audit.unexplained();
         proof.above(what("det F"), member.body.smallest_ratio, 1e-6);
         proof.below(what("unexplained energy of a body"), share, UNBALANCED);
     }

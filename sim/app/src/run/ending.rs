@@ -81,18 +81,15 @@ const LARGEST_CUT_ADDITION: f64 = 0.01;
 /// Unexplained energy of an end, relative, above which it is reported.
 const LARGEST_IMBALANCE: f64 = 0.01;
 
-/// Whether anything moved, and the energy that nothing explains, relative to the larger of what is stored and what
-/// damping took.
+/// Whether anything moved, and [`Audit::unexplained`](phyxel_integrate::Audit::unexplained) but for round-off.
 fn imbalance(body: &Body) -> (bool, f64) {
     let (audit, round_off) = (body.motion.audit(), body.elastic.energy_round_off());
     let moved = audit.scale() > round_off;
-    let scale = audit.elastic.max(audit.dissipated);
     // Of what moved, this much is round-off.
     if !moved || audit.energy_error().abs() <= (1e-12 * audit.scale()).max(round_off) {
         return (moved, 0.0);
     }
-    let relative = audit.energy_error().abs() / scale.max(f64::MIN_POSITIVE);
-    (moved, relative)
+    (moved, audit.unexplained())
 }
 
 fn body_summary(member: &Member, worst: &Extremes) -> BodySummary {
@@ -192,7 +189,7 @@ fn doubts_of(Member { body, cutting, .. }: &Member) -> Vec<String> {
     let (_, imbalance) = imbalance(body);
     if imbalance > LARGEST_IMBALANCE {
         doubts.push(format!(
-            "body '{name}': {:.1} % of the energy that is stored or was damped is unexplained; take a smaller \
+            "body '{name}': {:.1} % of the energy that is stored or was dissipated is unexplained; take a smaller \
              integration.step_factor, or more nodes where the body is thin",
             100.0 * imbalance
         ));

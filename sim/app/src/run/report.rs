@@ -228,7 +228,7 @@ fn write_body(text: &mut String, body: &BodySummary) -> fmt::Result {
         );
     }
     let balance = if moved {
-        format!("energy unexplained {imbalance:.1e} of what is stored or damped")
+        format!("energy unexplained {imbalance:.1e} of what is stored or dissipated")
     } else {
         "nothing moved".to_owned()
     };

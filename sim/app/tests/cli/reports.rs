@@ -43,7 +43,7 @@ fn a_run_reports_what_its_summary_holds() {
         ("volume", " l before"),
         ("energy", " J, elastic "),
         ("viscosity", " J lost"),
-        ("audit", " of what is stored or damped"),
+        ("audit", " of what is stored or dissipated"),
         ("step size", " ms: "),
         ("speed", " ms a step"),
         ("blade to step", "median "),
