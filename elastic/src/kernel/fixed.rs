@@ -294,8 +294,12 @@ impl Tables {
 
     /// `c_i`.
     pub(crate) fn control(&self, node: usize) -> f64 {
-        let plane = self.constants.controls.get(node / BLOCK);
-        plane.map_or(0.0, |plane| plane[node % BLOCK])
+        lane(&self.constants.controls, node)
+    }
+
+    /// `sum_j w_ij c_j`.
+    pub(crate) fn drag(&self, node: usize) -> f64 {
+        lane(&self.constants.drags, node)
     }
 
     /// `B` of a node.
@@ -348,12 +352,18 @@ impl Tables {
     }
 }
 
+/// A node's number of planes that may not be there.
+#[inline(always)]
+fn lane(planes: &[Plane], node: usize) -> f64 {
+    let plane = planes.get(node / BLOCK);
+    plane.map_or(0.0, |plane| plane[node % BLOCK])
+}
+
 impl<'a, const L: usize> Fixed<'a, L> {
     /// `sum_j w_ij c_j`.
     #[inline(always)]
     pub(crate) fn drag(&self, node: usize) -> f64 {
-        let plane = self.constants.drags.get(node / BLOCK);
-        plane.map_or(0.0, |plane| plane[node % BLOCK])
+        lane(&self.constants.drags, node)
     }
 
     /// Constants of a block of nodes.
