@@ -35,7 +35,7 @@ pub struct Row {
     /// Largest energy that all updates of one stroke together added, those that released left out, over
     /// the most that was stored during the stroke.
     pub added_by_stroke: f64,
-    /// What the audit leaves unexplained at the end, over the larger of elastic and dissipated energy.
+    /// What the audit leaves unexplained at the end, over the larger of what is stored and what damping and the scheme took.
     pub imbalance: f64,
     /// The most that it ever left unexplained, over the most that either of the two ever was.
     pub worst_imbalance: f64,
@@ -114,7 +114,7 @@ pub struct Bars {
     pub released: Option<f64>,
     /// Most that one update may add, over what is stored.
     pub added: f64,
-    /// Most that the audit may leave unexplained, over the larger of elastic and dissipated energy.
+    /// Most that the audit may leave unexplained, over the larger of what is stored and what damping and the scheme took.
     pub imbalance: f64,
     /// Largest ratio of the first to the smallest step.
     pub shrink: f64,

@@ -230,7 +230,8 @@ impl Watch {
         let most_steps = (MOST_STEPS * expected) as u64;
         // An energy density is a difference of terms of the size of the modulus.
         let round_off = world.members().iter();
-        let round_off = round_off.map(|member| member.body.elastic.energy_round_off());
+        let round_off =
+            round_off.map(|Member { body, .. }| body.elastic.energy_round_off(&body.rest));
         Self {
             options,
             most_steps,

@@ -346,21 +346,19 @@ impl Elastic {
         self.cut.bonds.add_product(vector, product);
     }
 
-    /// Round-off (J) of the energy that [`Elastic::forces_into`] returned last: the larger of `eps sum_i V_i M_i`, with
-    /// [`Material::modulus_bound`] `M_i`, because the terms of `W` are as large as the modulus and cancel at
+    /// Round-off (J) of the energy that [`Elastic::forces_into`] returns at `positions` (m): the larger of `eps sum_i V_i M_i`,
+    /// with [`Material::modulus_bound`] `M_i`, because the terms of `W` are as large as the modulus and cancel at
     /// rest, and of `eps (sum_i (d_i u_i·u_i)²)^(1/2)`, because the penalty's energy is `-u·f/2`, where all forces of
     /// neighbours on a node sum to its stiffness `d_i` times `u_i` and cancel with it. What falls for minutes has a large `u`.
     ///
     /// An estimate: smaller differences of energy have no meaning.
     #[must_use]
-    pub fn energy_round_off(&self) -> f64 {
+    pub fn energy_round_off(&self, positions: &[DVec3]) -> f64 {
         let volumes = self.model.elastic_volumes.iter().enumerate();
         let moduli = volumes.map(|(node, volume)| volume * self.material(node).modulus_bound());
-        let moves = self.scratch.moves.iter().enumerate();
-        let apart = moves.map(|(node, &[x, y, z])| {
-            let squared = x * x + y * y + z * z;
-            (self.tables.drag(node) * squared).powi(2)
-        });
+        let places = positions.iter().zip(&self.model.rest).enumerate();
+        let apart = places
+            .map(|(node, (x, rest))| (self.tables.drag(node) * x.distance_squared(*rest)).powi(2));
         f64::EPSILON * moduli.sum::<f64>().max(apart.sum::<f64>().sqrt())
     }
 

@@ -66,7 +66,8 @@ impl Audit {
         self.dissipated + self.numerical.max(0.0)
     }
 
-    /// Energy that nothing explains, over the larger of what is stored and what damping and the scheme took.
+    /// Fraction that nothing explains, of the larger of what is stored and what damping and the scheme took. It has no meaning
+    /// where all of that is below the energy's round-off.
     #[must_use]
     pub fn unexplained(&self) -> f64 {
         let scale = self.elastic.max(self.taken());

@@ -437,8 +437,9 @@ impl Implicit {
         pairs.map(|(x, start)| *x - *start).collect()
     }
 
-    /// Takes the net force and torque that Newton left on each free piece by the piece's rigid motion, which strains
-    /// nothing: momentum is kept to round-off, and what a piece in flight is given does not depend on its speed.
+    /// Takes the net force and torque that Newton left on each piece named free by the piece's rigid motion, which strains
+    /// nothing: linear momentum is kept to round-off, angular momentum to first order in the step's motion. Not done while a
+    /// tool presses.
     fn balance(&self, motion: &Motion, c: f64, x: &mut [DVec3]) {
         let (masses, left) = (&motion.nodes.masses, self.newton.residual());
         for (_, nodes) in &motion.pieces.free {

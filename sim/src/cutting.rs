@@ -272,7 +272,7 @@ impl Cutting {
     ) -> Result<(), BodyProblem> {
         let stored = body.motion.audit().elastic;
         let jump = body.reload()?;
-        let round_off = body.elastic.energy_round_off();
+        let round_off = body.elastic.energy_round_off(body.motion.positions());
         self.energy.record(jump, stored, round_off);
         let stroke = &mut self.by_stroke[update.stroke];
         stroke.energy.record(jump, stored, round_off);

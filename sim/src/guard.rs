@@ -362,7 +362,7 @@ fn check_energy_since(kept: &Kept, members: &mut [Member]) -> Result<(), WorldEr
     let kept = kept.bodies.iter().zip(&kept.rigid);
     for (Member { body, .. }, (before, rigid)) in members.iter_mut().zip(kept) {
         let rigid = [*rigid, body.rigid_energies()];
-        let round_off = body.elastic.energy_round_off();
+        let round_off = body.elastic.energy_round_off(body.motion.positions());
         if let Some(share) = body.motion.gained_since(&before.motion, rigid, round_off) {
             let time = body.motion.time();
             return Err(BodyProblem::Unbalanced { share, time }.of(body));

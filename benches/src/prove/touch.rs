@@ -243,8 +243,6 @@ fn unbalanced(world: &World) -> f64 {
     let members = world.members().iter();
     let audits = members.map(|member| member.body.motion.audit());
     let work: f64 = audits.clone().map(|audit| audit.applied_work).sum();
-    let scale: f64 = audits
-        .map(|audit| audit.elastic.max(audit.dissipated))
-        .sum();
+    let scale: f64 = audits.map(|audit| audit.elastic.max(audit.taken())).sum();
     (work + state.energy + state.dissipated - state.offset_work).abs() / scale
 }

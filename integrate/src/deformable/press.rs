@@ -233,7 +233,8 @@ impl DeformableContact {
             }
             let tangential = pair.phi / sum;
             let along = [0, 1].map(|k| slope * pair.xi[k] + tangential * traction.dot(q.t[k]));
-            let normal_force = spring(pair) * share * deep + fade;
+            let pressure = spring(pair) * share * deep;
+            let normal_force = pressure + fade;
             normals += q.n * normal_force;
             if normal_force == 0.0 && along[0] == 0.0 && along[1] == 0.0 {
                 continue;
@@ -241,7 +242,7 @@ impl DeformableContact {
             let [a, b] = q.solve(along);
             let force = q.n * normal_force + q.t[0] * a + q.t[1] * b;
             pressed.force += force;
-            between.normal += normal_force;
+            between.normal += pressure;
             between.friction += tangential * traction.length();
             between.push([at.body, other], force);
             let turn = q.n * pair.raw;

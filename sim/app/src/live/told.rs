@@ -156,9 +156,10 @@ pub(super) fn stats_of(session: &Session, surfels: usize) -> Stats {
     let score = session.score();
     let (mut balance, mut scale) = (0.0, f64::MIN_POSITIVE);
     for member in world.members() {
-        let audit = member.body.motion.audit();
+        let body = &member.body;
+        let audit = body.motion.audit();
         balance += audit.energy_error();
-        scale += audit.scale() + member.body.elastic.energy_round_off();
+        scale += audit.scale() + body.elastic.energy_round_off(body.motion.positions());
     }
     Stats {
         settling: session.is_settling(),

@@ -83,7 +83,8 @@ const LARGEST_IMBALANCE: f64 = 0.01;
 
 /// Whether anything moved, and [`Audit::unexplained`](phyxel_integrate::Audit::unexplained) but for round-off.
 fn imbalance(body: &Body) -> (bool, f64) {
-    let (audit, round_off) = (body.motion.audit(), body.elastic.energy_round_off());
+    let audit = body.motion.audit();
+    let round_off = body.elastic.energy_round_off(body.motion.positions());
     let moved = audit.scale() > round_off;
     // Of what moved, this much is round-off.
     if !moved || audit.energy_error().abs() <= (1e-12 * audit.scale()).max(round_off) {

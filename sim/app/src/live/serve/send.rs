@@ -53,11 +53,12 @@ impl Show {
         let bodies: Vec<_> = bodies.iter().map(crate::live::told::Moved::view).collect();
         let (mut energies, mut scale) = ([0.0; 3], 0.0);
         for member in world.members() {
-            let audit = member.body.motion.audit();
+            let body = &member.body;
+            let audit = body.motion.audit();
             energies[0] += audit.kinetic;
             energies[1] += audit.elastic;
             energies[2] += audit.energy_error();
-            scale += audit.scale() + member.body.elastic.energy_round_off();
+            scale += audit.scale() + body.elastic.energy_round_off(body.motion.positions());
         }
         energies[2] /= f64::max(scale, f64::MIN_POSITIVE);
         let blade = plain(self.session.blade());
