@@ -3,18 +3,14 @@
 use glam::DVec3;
 use phyxel_integrate::{BoundaryConditions, Ease, Trajectory};
 
-use crate::scene::{Body, Key, Scene, Support, SupportMotion};
-
-fn acts_on(support: &Support, body: &Body) -> bool {
-    support.body.as_ref().is_none_or(|name| *name == body.name)
-}
+use crate::scene::{Body, Key, Scene, SupportMotion};
 
 /// Which support each node follows, counted from 1, the last of several; 0 where none does. What one support
 /// holds moves as a rigid body from beginning to end.
 pub(crate) fn holders(scene: &Scene, body: &Body, rest: &[DVec3]) -> Vec<u32> {
     let mut holders = vec![0; rest.len()];
     for (number, support) in (1..).zip(&scene.supports) {
-        if acts_on(support, body) {
+        if support.acts_on(&body.name) {
             for node in support.region.nodes(rest) {
                 holders[node as usize] = number;
             }
@@ -25,7 +21,7 @@ pub(crate) fn holders(scene: &Scene, body: &Body, rest: &[DVec3]) -> Vec<u32> {
 
 /// Whether supports of a body move once scene time runs.
 pub(crate) fn is_driven(scene: &Scene, body: &Body) -> bool {
-    let mut ours = scene.supports.iter().filter(|s| acts_on(s, body));
+    let mut ours = scene.supports.iter().filter(|s| s.acts_on(&body.name));
     ours.any(|support| support.motion != SupportMotion::Fixed)
 }
 
@@ -38,7 +34,7 @@ pub(crate) fn supports_of(
     start: Option<f64>,
 ) -> BoundaryConditions {
     let mut supports = BoundaryConditions::free(rest.len());
-    for support in scene.supports.iter().filter(|s| acts_on(s, body)) {
+    for support in scene.supports.iter().filter(|s| s.acts_on(&body.name)) {
         let nodes = support.region.nodes(rest);
         match (&support.motion, start) {
             (SupportMotion::Driven { path }, Some(start)) => {

@@ -63,9 +63,9 @@ pub(super) fn candidates(
     }
     let (starts, members) = (&starts, &members);
     let around = |c: usize, n: usize| c.saturating_sub(1)..=(c + 1).min(n - 1);
-    let meet = |(point, x): (u32, &DVec3)| {
-        let [i, j, k] = cell(*x);
-        let mut met = Vec::new();
+    // Appends what a point meets; how many.
+    let meet = |met: &mut Vec<u32>, point: u32, x: DVec3| {
+        let ([i, j, k], begin) = (cell(x), met.len());
         for c in around(k, nz) {
             for b in around(j, ny) {
                 for a in around(i, nx) {
@@ -75,16 +75,23 @@ pub(super) fn candidates(
                 }
             }
         }
-        met.sort_unstable();
-        (point, met)
+        met[begin..].sort_unstable();
+        met.len() - begin
     };
-    let open: Vec<_> = all().collect();
-    let met: Vec<_> = open.into_par_iter().with_min_len(CHUNK).map(meet).collect();
-    for (point, met) in met {
-        if !met.is_empty() {
-            let begin = index(lists.len());
-            lists.extend(met);
-            found.push((point, [begin, index(lists.len())]));
+    let open: Vec<(u32, &DVec3)> = all().collect();
+    let task = |points: &[(u32, &DVec3)]| {
+        let mut met = Vec::new();
+        let count = |(point, x): &(u32, &DVec3)| (*point, meet(&mut met, *point, **x));
+        let counts: Vec<(u32, usize)> = points.iter().map(count).collect();
+        (counts, met)
+    };
+    let tasks: Vec<_> = open.par_chunks(CHUNK).map(task).collect();
+    for (counts, met) in tasks {
+        let mut end = lists.len();
+        lists.extend(met);
+        for (point, count) in counts.into_iter().filter(|(_, count)| *count > 0) {
+            found.push((point, [index(end), index(end + count)]));
+            end += count;
         }
     }
     (found, lists)

@@ -60,7 +60,7 @@ pub(super) struct Pair {
 }
 
 /// A smooth step from 0 at `none` to 1 at `full`, and its derivative.
-fn step(x: f64, none: f64, full: f64) -> [f64; 2] {
+fn smooth_step(x: f64, none: f64, full: f64) -> [f64; 2] {
     let width = full - none;
     let u = ((x - none) / width).clamp(0.0, 1.0);
     [u * u * (3.0 - 2.0 * u), 6.0 * u * (1.0 - u) / width]
@@ -96,13 +96,13 @@ impl DeformableContact {
         for &other in list {
             let slot = self.slots[other as usize];
             let (q, on) = (&placed[slot as usize], &self.disks.samples[other as usize]);
-            let faces = step(p.n.dot(q.n), FACING, FACING_IN_FULL);
+            let faces = smooth_step(p.n.dot(q.n), FACING, FACING_IN_FULL);
             let arm = p.x - q.x;
             let raw = q.n.dot(arm);
             let gap = raw - thickness - self.disks.thickness[other as usize];
             let spacing = at.spacing.min(on.spacing);
-            let [out, slope_out] = step(gap / spacing, near, near - FADE);
-            let [deep, slope_deep] = step(gap / spacing, -DEEPEST, FADE - DEEPEST);
+            let [out, slope_out] = smooth_step(gap / spacing, near, near - FADE);
+            let [deep, slope_deep] = smooth_step(gap / spacing, -DEEPEST, FADE - DEEPEST);
             if out == 0.0 || deep == 0.0 || faces[0] == 0.0 {
                 continue;
             }

@@ -70,7 +70,7 @@ fn warn_of_regions(world: &World, warnings: &mut Vec<String>) {
                 .into_iter()
                 .find_map(|node| {
                     let x = body.rest[node as usize];
-                    let holds = |of: &Support| acts_on(of, spec) && of.region.contains(x);
+                    let holds = |of: &Support| of.acts_on(&spec.name) && of.region.contains(x);
                     let last = supports.iter().rposition(holds)?;
                     (supports[last].motion != support.motion).then_some(last)
                 });
@@ -156,14 +156,10 @@ fn warn_of_lengths(world: &World, bodies: &Bounds, warnings: &mut Vec<String>) {
 
 /// Nodes of a body that a support holds or drives.
 fn held(support: &Support, body: &Body, rest: &[DVec3]) -> Vec<u32> {
-    match acts_on(support, body) {
+    match support.acts_on(&body.name) {
         true => support.region.nodes(rest),
         false => Vec::new(),
     }
-}
-
-fn acts_on(support: &Support, body: &Body) -> bool {
-    support.body.as_ref().is_none_or(|name| *name == body.name)
 }
 
 /// Where a box lies, in words.
