@@ -3,7 +3,9 @@
 use super::disks::{Placed, REACH};
 use super::drag::{Drag, RigidMotions};
 use super::sums::{DeformableForce, sum_of};
-use super::{DEEPEST, DeformableContact, FACING, FACING_IN_FULL, FADE, MOST_LEARNING, Moved, NEAR};
+use super::{
+    DEEPEST, DeformableContact, FACING, FACING_IN_FULL, FADE, MOST_LEARNING, Moved, NEAR, SINKING,
+};
 use glam::DVec3;
 
 /// How fast an offset is forgotten, over how fast it learns: pressure ends at that of a penalty `1 + 1/LEAK` times as
@@ -102,7 +104,7 @@ impl DeformableContact {
             let gap = raw - thickness - self.disks.thickness[other as usize];
             let spacing = at.spacing.min(on.spacing);
             let [out, slope_out] = smooth_step(gap / spacing, near, near - FADE);
-            let [deep, slope_deep] = smooth_step(gap / spacing, -DEEPEST, FADE - DEEPEST);
+            let [deep, slope_deep] = smooth_step(gap / spacing, -DEEPEST, SINKING - DEEPEST);
             if out == 0.0 || deep == 0.0 || faces[0] == 0.0 {
                 continue;
             }
