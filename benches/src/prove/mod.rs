@@ -81,6 +81,10 @@ pub const CLAIMS: &[Claim] = claims! {
         "a set-up after the cut opens it";
     "pieces" cuts::pieces_of_through_cuts_feel_nothing_of_each_other,
         "pieces of through cuts feel nothing of each other";
+    "viscosity" scenes::viscous_bodies_close,
+        "cut bodies that creep close their energy, by every scheme";
+    "ring" scenes::a_cut_ring_falls_apart,
+        "a ring that is cut through falls apart, whatever its stiffness and the blade's angle";
     "check" scenes::check_accepts_what_runs,
         "check accepts the random scenes that run, and no others";
     "step-limit" scenes::step_below_its_limit,

@@ -7,6 +7,7 @@ use serde_json::Value;
 use super::Proof;
 use phyxel_cli::cli::run_time;
 use phyxel_cli::run::{RunOptions, pool, run};
+use phyxel_scene::Override;
 
 use crate::batch::{Case, run_all};
 use crate::{Options, cook, cracks, griffith, matrix, random};
@@ -89,6 +90,91 @@ pub(super) fn check_accepts_what_runs(proof: &mut Proof) {
             _ => "refused".to_owned(),
         };
         proof.holds(format!("{name}: {off}"), estimate.is_ok() == ran.is_ok());
+    }
+}
+
+/// Cut bodies that creep close their energy as plain ones do, and their steps do not shrink.
+pub(super) fn viscous_bodies_close(proof: &mut Proof) {
+    let term = |ratio: f64, time: f64| {
+        format!("bodies[0].material.viscosity=[(ratio: {ratio}, time: {time})]")
+    };
+    let often = |cut: usize| format!("cuts[{cut}].capture=Spacing(0.015)");
+    let fiber = "bodies[0].material.fiber=(direction: (0, 0.3, 1), stiffness: 5e3, exponent: 1)";
+    let probe = "tools=[(name: \"probe\", shape: Sphere(radius: 0.02), friction: 0.3, path: [(time: 0, position: (-0.08, 0, 0.06)), \
+                 (time: 1, position: (-0.045, 0, 0.06)), (time: 2, position: (-0.08, 0, 0.06))])]";
+    let plain = || vec![term(0.5, 0.1)];
+    let with = |more: &str| vec![term(0.5, 0.1), more.to_owned()];
+    let cases = [
+        ("half as stiff again for 0.1 s", plain()),
+        (
+            "captured ten times as often",
+            vec![term(0.5, 0.1), often(0), often(1)],
+        ),
+        ("thrice as stiff for 1 ms", vec![term(2.0, 1e-3)]),
+        ("thrice as stiff for 10 s", vec![term(2.0, 10.0)]),
+        ("with fibres", with(fiber)),
+        (
+            "with mean dilatation",
+            with("bodies[0].material.dilatation=Mean"),
+        ),
+        ("with a probe", with(probe)),
+        (
+            "energy-momentum",
+            with("integration.scheme=EnergyMomentum(step: 0.003)"),
+        ),
+        (
+            "backward Euler",
+            with("integration.scheme=BackwardEuler(step: 0.003)"),
+        ),
+    ];
+    for (name, overrides) in cases {
+        let parsed = overrides
+            .iter()
+            .map(|text| Override::parse(text).expect("it is one"));
+        let overrides: Vec<Override> = parsed.collect();
+        let scene = phyxel_scene::embedded("block", &overrides).expect("a scene");
+        let name = name.to_owned();
+        let row = &rows(
+            &[Case {
+                name: name.clone(),
+                scene,
+            }],
+            Options::default(),
+        )[0];
+        proof.below(format!("{name}: unexplained"), row.imbalance, 5e-4);
+        proof.below(
+            format!("{name}: first step over the least"),
+            row.shrink,
+            2.0,
+        );
+    }
+}
+
+/// A hanging ring that a blade cuts through on both sides falls apart, whatever its stiffness and the blade's angle.
+pub(super) fn a_cut_ring_falls_apart(proof: &mut Proof) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for modulus in ["1e4", "1e5"] {
+        for gravity in ["0", "-9.81"] {
+            for angle in [0.0_f64, 18.0, 36.0, 54.0, 72.0] {
+                let (sin, cos) = angle.to_radians().sin_cos();
+                let (x, z) = (0.2 * cos, 0.2 * sin);
+                let text = format!(
+                    "(version: 1, bodies: [(
+                        shape: Tube(from: (0, -0.015, 0), to: (0, 0.015, 0), inner_radius: 0.05, outer_radius: 0.09),
+                        sampling: (target: Nodes(1000)), damping: 3,
+                        material: (youngs_modulus: {modulus}, poissons_ratio: 0.4, density: 1000))],
+                    supports: [(region: HalfSpace(point: (0, 0, 0.075), normal: (0, 0, 1)))],
+                    gravity: (acceleration: (0, 0, {gravity}), ramp: 0.3),
+                    cuts: [(edge: [(-{x}, 0, -{z}), ({x}, 0, {z})],
+                        path: [(time: 0.1, position: (0, -0.05, -0.01)), (time: 1, position: (0, 0.05, -0.01))])],
+                    integration: (duration: 1.5, settle: (speed: 2e-3, limit: 1.5, damping: 10)))"
+                );
+                let scene = phyxel_scene::from_text(&text, "the ring", "", &[]).expect("a scene");
+                let ran = run(&scene, &RunOptions::quiet(folder.path(), 1)).expect("it ends");
+                let what = format!("E {modulus}, gravity {gravity}, {angle} degrees: 2 pieces");
+                proof.holds(what, ran.bodies[0].pieces == 2);
+            }
+        }
     }
 }
 
