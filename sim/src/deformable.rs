@@ -173,9 +173,10 @@ impl DeformableBodies {
         let near = member.triangles_near(triangles);
         let (solid, cuts) = (&member.body.solid, cutting.cuts());
         let tissue = &mut self.tissues[body];
-        let change = tissue.cut(&near, &|point| solid.contains(point), &|a, b| {
+        let mut change = tissue.cut(&near, &|point| solid.contains(point), &|a, b| {
             cuts.crosses(a, b)
         })?;
+        change.surfels.extend(tissue.part(&member.pieces().piece));
         let known = self.samples[body].len();
         let changed = change.surfels.iter().map(|&surfel| surfel as usize);
         self.begin(members);

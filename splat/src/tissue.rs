@@ -387,6 +387,22 @@ impl Tissue {
         Ok(change)
     }
 
+    /// Leaves each surfel the nodes of one piece, that which carries most of it, so that nothing is drawn across a gap
+    /// that no pair of nodes bridges; those that were carried by more, ascending. To be called after each cut that parts
+    /// pieces: a point on a rim may see nodes around a cut's end that nothing links to its own.
+    ///
+    /// # Arguments
+    /// * `pieces` -- label of the connected piece of each node.
+    ///
+    /// # Panics
+    /// If there is not one label per node.
+    pub fn part(&mut self, pieces: &[u32]) -> Vec<u32> {
+        assert_eq!(pieces.len(), self.rest_nodes.len(), "one label per node");
+        let all = 0..count(self.surfels.len());
+        all.filter(|&surfel| self.binding.keep_to_one(index(surfel), pieces))
+            .collect()
+    }
+
     /// Surfels with their doubles, ascending.
     fn families<'a>(&self, of: impl Iterator<Item = &'a u32>) -> Vec<u32> {
         let mut all: Vec<u32> = of

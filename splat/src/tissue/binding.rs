@@ -189,6 +189,38 @@ impl Binding {
         self.sight[surfel] = row.sight;
     }
 
+    /// Leaves a surfel the nodes of that piece which carries most of it; whether others carried it, too.
+    pub(crate) fn keep_to_one(&mut self, surfel: usize, pieces: &[u32]) -> bool {
+        let range = surfel * self.stride..(surfel + 1) * self.stride;
+        let (nodes, weights) = (
+            &mut self.nodes[range.clone()],
+            &mut self.weights[range.clone()],
+        );
+        let slopes = &mut self.slopes[range];
+        let piece = |node: u32| pieces[index(node)];
+        if nodes.iter().all(|&node| piece(node) == piece(nodes[0])) {
+            return false;
+        }
+        let share = |of: u32| -> f64 {
+            let own = nodes
+                .iter()
+                .zip(&*weights)
+                .filter(|(node, _)| piece(**node) == of);
+            own.map(|(_, weight)| weight).sum()
+        };
+        let most = nodes
+            .iter()
+            .max_by(|a, b| share(piece(**a)).total_cmp(&share(piece(**b))));
+        let kept = *most.expect("a row has nodes");
+        for ((node, weight), slope) in nodes.iter_mut().zip(&mut *weights).zip(&mut *slopes) {
+            if piece(*node) != piece(kept) {
+                (*node, *weight, *slope) = (kept, 0.0, [0.0; 2]);
+            }
+        }
+        normalize(weights, slopes);
+        true
+    }
+
     /// Rows for the surfels of `queries` (rest frame), in parallel.
     pub(crate) fn rows(
         &self,
@@ -345,17 +377,22 @@ fn weights(links: &[Link], law: WeightLaw, normal: DVec3, reach: f64) -> (Vec<f6
         weights.push(weight);
         slopes.push(tangents.map(|t| per * link.arm.dot(t)));
     }
+    normalize(&mut weights, &mut slopes);
+    (weights, slopes)
+}
+
+/// Divides weights by their sum, and makes the slopes those of the quotients.
+fn normalize(weights: &mut [f64], slopes: &mut [[f64; 2]]) {
     let sum: f64 = weights.iter().sum();
     let sums = slopes.iter().fold([0.0; 2], |sum: [f64; 2], s: &[f64; 2]| {
         [sum[0] + s[0], sum[1] + s[1]]
     });
-    for (w, slope) in weights.iter_mut().zip(&mut slopes) {
+    for (w, slope) in weights.iter_mut().zip(slopes) {
         *w /= sum;
         for (slope, total) in slope.iter_mut().zip(sums) {
             *slope = (*slope - *w * total) / sum;
         }
     }
-    (weights, slopes)
 }
 
 /// A surfel that seeks its nodes.

@@ -281,6 +281,13 @@ impl Painter {
                 .map_err(|problem| SkinProblem::from(problem).named(&body.name))?;
             changed[piece.member].extend(change.surfels);
         }
+        for ((skin, member), changed) in
+            self.skins.iter_mut().zip(world.members()).zip(&mut changed)
+        {
+            if !changed.is_empty() {
+                changed.extend(skin.tissue.part(&member.pieces().piece));
+            }
+        }
         Ok(changed)
     }
 
