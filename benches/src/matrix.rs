@@ -73,6 +73,7 @@ pub fn plain(name: &str) -> Result<Scene, StudyError> {
     for cut in &mut scene.cuts {
         cut.capture = Capture::default();
     }
+    scene.tools.clear();
     scene.integration.step_factor = Integration::default().step_factor;
     scene.pictures = None;
     Ok(scene)

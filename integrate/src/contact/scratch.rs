@@ -12,6 +12,8 @@ pub(crate) struct SemiImplicit {
     pub(super) forces: Vec<DVec3>,
     /// Groups that may touch.
     pub(super) near: Vec<u32>,
+    /// Where nothing was near when it was last looked for, if so.
+    clear: Option<Clearance>,
     /// Members of those groups.
     pub(super) local: Vec<u32>,
     pub(super) marked: Vec<bool>,
@@ -29,6 +31,16 @@ pub(crate) struct SemiImplicit {
     pub(super) assembled: Vec<u32>,
     /// Active points of all other groups.
     pub(super) loose: Vec<u32>,
+}
+
+/// That no group could touch: until a member has moved so far, none can.
+#[derive(Debug, Clone)]
+struct Clearance {
+    shape: RigidShape,
+    pose: Pose,
+    positions: Vec<DVec3>,
+    /// Distance (m), squared.
+    distance_squared: f64,
 }
 
 impl PartialEq for SemiImplicit {
@@ -55,18 +67,40 @@ impl SemiImplicit {
         pose: &Pose,
     ) {
         self.near.clear();
+        if let Some(clear) = &self.clear
+            && (clear.shape, clear.pose) == (*shape, *pose)
+            && clear.positions.len() == self.positions.len()
+            && (clear.positions.iter().zip(&self.positions))
+                .all(|(a, b)| a.distance_squared(*b) < clear.distance_squared)
+        {
+            return;
+        }
         let placed = shape.placed(pose);
+        // Points are means of their members, and so move no farther.
+        let mut least = f64::INFINITY;
         for group in 0..surface.group_count() {
             let members = surface.group_members(group);
             let at = |member: &u32| self.positions[*member as usize];
             let sum: DVec3 = members.iter().map(at).sum();
             let middle = sum * surface.share(group);
             let value = placed.value(middle);
-            let far = |member: &u32| middle.distance_squared(at(member)) < value * value;
-            if value <= 0.0 || !members.iter().all(far) {
+            let away = members
+                .iter()
+                .map(|member| middle.distance_squared(at(member)));
+            let farthest = away.fold(0.0, f64::max);
+            if value <= 0.0 || farthest >= value * value {
                 self.near.push(group);
+            } else {
+                least = least.min(value - farthest.sqrt());
             }
         }
+        let is_clear = self.near.is_empty();
+        self.clear = is_clear.then(|| Clearance {
+            shape: *shape,
+            pose: *pose,
+            positions: self.positions.clone(),
+            distance_squared: least * least,
+        });
     }
 
     /// Keeps the groups with a point in contact.

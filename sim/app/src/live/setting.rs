@@ -7,15 +7,15 @@ use phyxel_scene::SceneError;
 
 /// Name of the blade that users drive.
 pub(super) const BLADE: &str = "hand";
-/// Name of the probe of a scene without tools.
+/// Name of the probe of a scene without tools that move.
 const PROBE: &str = "probe";
 /// Radius of that probe over the diagonal of the bodies: 10 mm for a liver.
 const PROBE_SIZE: f64 = 0.045;
 /// Where tools wait that no user drives (m): far from all bodies.
 pub(super) const PARKED: DVec3 = DVec3::new(0.0, 0.0, 50.0);
 
-/// Makes a scene ready for users: one blade replaces its cuts, a scene without tools gets a
-/// probe, pictures are on so that there are surfels, and nothing moves by a path. `extent` is the
+/// Makes a scene ready for users: one blade replaces its cuts, a scene without tools that move
+/// gets a probe, pictures are on so that there are surfels, and nothing moves by a path. `extent` is the
 /// diagonal (m) of its bodies.
 ///
 /// # Errors
@@ -29,14 +29,19 @@ pub fn prepare(scene: &Scene, extent: f64) -> Result<Scene, SceneError> {
         weld_tolerance: scene.cuts.iter().find_map(|cut| cut.weld_tolerance),
         ..Cut::new(edge, vec![key(0.0), key(1.0)])
     }];
-    if scene.tools.is_empty() {
+    // What stands, as a tray does, stays; users drive the first of the others.
+    let stands = |tool: &Tool| tool.path.is_empty() && tool.release.is_none();
+    scene.tools.sort_by_key(stands);
+    let mut driven = scene.tools.iter().filter(|tool| !stands(tool)).count();
+    if driven == 0 {
         let radius = PROBE_SIZE * extent;
         let mut probe = Tool::new(ToolShape::Sphere { radius }, Vec::new());
         PROBE.clone_into(&mut probe.name);
         probe.friction = 0.1;
-        scene.tools.push(probe);
+        scene.tools.insert(0, probe);
+        driven = 1;
     }
-    for tool in &mut scene.tools {
+    for tool in &mut scene.tools[..driven] {
         tool.position = DVec3::ZERO;
         tool.path = vec![key(0.0)];
         tool.release = None;
