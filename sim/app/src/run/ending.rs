@@ -191,7 +191,7 @@ fn doubts_of(Member { body, cutting, .. }: &Member) -> Vec<String> {
     if imbalance > LARGEST_IMBALANCE {
         doubts.push(format!(
             "body '{name}': {:.1} % of the energy that is stored or was dissipated is unexplained; take a smaller \
-             integration.step_factor, or more nodes where the body is thin",
+             integration.step_factor (or step and tolerance of an implicit scheme), or more nodes where the body is thin",
             100.0 * imbalance
         ));
     }
