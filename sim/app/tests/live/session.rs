@@ -9,12 +9,13 @@ use phyxel_live::Server;
 use phyxel_scene::Override;
 use tempfile::tempdir;
 
-/// A small liver.
+/// A small liver, without the tray.
 pub(crate) fn liver(nodes: u32, surfels: u32) -> Scene {
     let changes = [
         format!("bodies[0].sampling.target=Nodes({nodes})"),
         format!("bodies[0].surfels.target=Count({surfels})"),
         "pictures.samples=1".to_owned(),
+        "tools=[]".to_owned(),
     ];
     let changes = changes.map(|text| Override::parse(&text).unwrap());
     phyxel_scene::embedded("liver", &changes).unwrap()
@@ -440,9 +441,20 @@ fn every_embedded_scene_can_be_taken_in_hand() {
         let changes = changes.map(|text| Override::parse(text).unwrap());
         let mut session = Session::new(&phyxel_scene::embedded(name, &changes).unwrap()).unwrap();
         assert_eq!(session.world().scene().cuts.len(), 1);
-        assert!(!session.world().scene().tools.is_empty());
+        let tools = &session.world().scene().tools;
+        let names: Vec<&str> = tools.iter().map(|tool| &*tool.name).collect();
+        // What stands, stands behind what users drive.
+        let expected: &[&str] = if name == "liver" {
+            &["probe", "tray"]
+        } else {
+            &["probe"]
+        };
+        assert_eq!(names, expected, "{name}");
+        let (last, stands) = (tools.len() - 1, tools[tools.len() - 1].position);
         for _ in 0..20 {
             session.step().unwrap();
         }
+        let at = session.world().tool_pose(last).position;
+        assert!(name != "liver" || at == stands, "{at}");
     }
 }
