@@ -1,6 +1,9 @@
 //! Strokes, presses and grips by a seeded script, without a page.
 
+use std::path::Path;
+
 use glam::DVec3;
+use phyxel::Input;
 use phyxel::scene::{Pose, Scene};
 use phyxel_cli::live::{LiveOptions, Session, SessionError, Sources, serve};
 use phyxel_cli::output::{OutputError, OutputFolder, read_input};
@@ -202,16 +205,23 @@ fn run_of_saved(session: &Session) -> (u64, [u64; 3]) {
     let output = OutputFolder::create(folder.path()).unwrap();
     let files = session.save(&output).unwrap();
     assert!(files.iter().all(|name| folder.path().join(name).exists()));
-    let mut scene = phyxel_scene::load(folder.path().join("scene.ron"), &[]).unwrap();
+    let (steps, energies, inputs) = run_of_files(folder.path());
+    assert_eq!(inputs, session.record());
+    (steps, energies.map(f64::to_bits))
+}
+
+/// The steps and the energies of all nodes (J: kinetic, elastic, dissipated) at the end of a run of what is saved in a
+/// folder, and its inputs.
+pub(crate) fn run_of_files(folder: &Path) -> (u64, [f64; 3], Vec<Input>) {
+    let mut scene = phyxel_scene::load(folder.join("scene.ron"), &[]).unwrap();
     // Pictures have no part in the motion.
     scene.pictures = None;
-    let inputs = read_input(&folder.path().join("input.csv"), &scene).unwrap();
-    assert_eq!(inputs, session.record());
-    let options = RunOptions::quiet(folder.path().join("again"), 1);
-    let summary = replay(&scene, inputs, &options).unwrap();
+    let inputs = read_input(&folder.join("input.csv"), &scene).unwrap();
+    let options = RunOptions::quiet(folder.join("again"), 1);
+    let summary = replay(&scene, inputs.clone(), &options).unwrap();
     let energy = &summary.bodies[0].energy;
     let energies = [energy.kinetic, energy.elastic, energy.dissipated];
-    (summary.stepping.steps, energies.map(f64::to_bits))
+    (summary.stepping.steps, energies, inputs)
 }
 
 /// As [`run_of_saved`], of the session as it is.
@@ -457,4 +467,23 @@ fn every_embedded_scene_can_be_taken_in_hand() {
         let at = session.world().tool_pose(last).position;
         assert!(name != "liver" || at == stands, "{at}");
     }
+}
+
+/// A probe that is taken up is there at once: it comes through nothing on its way from where tools wait, far above.
+#[test]
+fn a_probe_that_is_taken_up_below_a_body_does_not_come_through_it() {
+    let mut session = Session::new(&liver(300, 1_000)).unwrap();
+    settle(&mut session);
+    let bounds = session.world().members()[0].body.solid.bounds();
+    let below = bounds.min.midpoint(bounds.max).with_z(bounds.min.z - 0.05);
+    let before = positions(&session);
+    session.put_tool(0, Some(Pose::at(below)));
+    session.step().unwrap();
+    assert_eq!(session.world().tool_forces()[0].force, DVec3::ZERO);
+    let undisturbed = positions(&session);
+    let mut other = Session::new(&liver(300, 1_000)).unwrap();
+    settle(&mut other);
+    assert_eq!(positions(&other), before);
+    other.step().unwrap();
+    assert_eq!(positions(&other), undisturbed);
 }
