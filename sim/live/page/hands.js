@@ -60,6 +60,11 @@ export class Hands {
       this.active = { kind: event.button === 1 || event.shiftKey ? "pan" : "turn" };
       return;
     }
+    if (stage.past.shown) {
+      // What was cannot be changed: back to what is.
+      stage.lookBack(1);
+      return;
+    }
     this.place(null);
     const found = stage.surface(event.offsetX, event.offsetY);
     const hand = { kind: "hand", mode: this.mode, pointer: event.pointerId, start: [event.offsetX, event.offsetY], found, pressure: event.pressure };

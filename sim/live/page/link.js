@@ -115,8 +115,8 @@ export class Link {
     this.socket?.readyState === WebSocket.OPEN && this.socket.send(buffer);
   }
 
-  /** Milliseconds since the newest event of a hand that a drawn state contains; null for none. */
-  latency(state) {
+  /** When (ms) the newest event of a hand that a state contains was; null for none. */
+  stampOf(state) {
     let newest = null;
     const seen = state.seen[this.client];
     for (const [sequence, stamp] of this.sent) {
@@ -125,7 +125,7 @@ export class Link {
         this.sent.delete(sequence);
       }
     }
-    return newest === null ? null : performance.now() - newest;
+    return newest;
   }
 
   acknowledge(state) {

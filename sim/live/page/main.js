@@ -2,7 +2,9 @@
 import { Camera, add, dot, length, scale, sub } from "./camera.js";
 import { Hands } from "./hands.js";
 import { Link } from "./link.js";
+import { Pad } from "./pad.js";
 import { Panel } from "./panel.js";
+import { Past } from "./past.js";
 import { Kind, encodeMesh } from "./protocol.js";
 import { Quality } from "./quality.js";
 import { Renderer } from "./renderer.js";
@@ -22,6 +24,8 @@ class Stage {
     this.time = 0;
     this.stepSize = 0;
     this.frames = 0;
+    /** Pictures that the card was told to draw: their fences, and when (ms) the hand moved that they show. */
+    this.ordered = [];
     this.dirty = false;
     this.link = new Link({
       lost: (text) => {
@@ -38,7 +42,9 @@ class Stage {
     });
     // The session is the server's: this page only looks at it.
     this.canvas.addEventListener("webglcontextrestored", () => location.reload());
+    this.past = new Past();
     this.hands = new Hands(this);
+    this.pad = new Pad(this);
     this.panel = new Panel(this);
     const software = this.renderer.isSoftware;
     this.quality = new Quality(software);
@@ -110,7 +116,7 @@ class Stage {
         this.panel.note(`Saved in ${told.folder}: ${told.files.join(", ")}`);
         break;
       case "invite":
-        this.panel.note(`Address for one more client: ${told.url}`);
+        this.panel.note("One more page or device, a second hand: ", false, told.url);
         break;
     }
   }
@@ -121,6 +127,8 @@ class Stage {
     this.state = null;
     this.unseen = null;
     this.hands.active = null;
+    this.pad.forget();
+    this.past.clear();
     this.renderer.setScene(scene);
     this.tools = new Tools(this.renderer.gl, scene);
     if (!same) {
@@ -131,11 +139,14 @@ class Stage {
     this.touch();
   }
 
-  home() {
-    const { scene, canvas } = this;
-    // Room for the panels at the sides.
-    const aspect = Math.max(0.5, (canvas.clientWidth - (canvas.clientWidth > 600 ? 420 : 0)) / canvas.clientHeight);
-    this.camera.frame(scene.low, scene.high, scene.view, aspect);
+  /** Shows the bodies whole between the panels, as the scene does or from another side (degrees, zoom). */
+  home(view = this.scene.view) {
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    const [modes, panel] = ["modes", "panel"].map((id) => document.getElementById(id).getBoundingClientRect());
+    const [left, right] = panel.width > 0 ? [modes.right, panel.left] : [0, width];
+    this.camera.frame(this.scene.low, this.scene.high, view, Math.max(0.3, (right - left) / height));
+    // Bodies turn about the middle of the picture, unless there is no room for them.
+    width < 1100 && this.camera.pan((0.5 * (left + right - width)) / height, 0);
     this.touch();
   }
 
@@ -155,11 +166,10 @@ class Stage {
         body?.clip(message);
         break;
       case Kind.STATE:
-        this.state = message;
+        this.newest = message;
         this.unseen = message;
-        message.bodies.forEach((moved, k) => this.renderer.bodies[k]?.move(moved));
-        this.time = message.time;
-        this.stepSize = message.stepSize;
+        this.past.keep(message);
+        this.past.shown || this.show(message);
         if (document.hidden) {
           // Nothing is drawn, and nobody shall wait.
           this.link.acknowledge(message);
@@ -173,9 +183,42 @@ class Stage {
     this.touch();
   }
 
+  /** Shows a state: the newest, or an earlier one. */
+  show(state) {
+    this.state = state;
+    this.time = state.time;
+    this.stepSize = state.stepSize;
+    state.bodies.forEach((moved, k) => this.renderer.bodies[k]?.move(moved));
+    this.touch();
+  }
+
+  /** Shows what was at a fraction of the time so far, while time stands; 1 for what is. */
+  lookBack(share) {
+    if (share < 1 && this.panel.playing) {
+      this.link.ask({ do: "pause" });
+    }
+    this.hands.cancel();
+    this.past.look(share);
+    this.showPast();
+  }
+
+  /** Shows the state that is looked at again, or the newest. */
+  showPast() {
+    const state = this.past.shown ?? this.newest;
+    state && this.show(state);
+    this.panel.past(this.past.share, state && state.time - this.newest.time);
+  }
+
   frame(now) {
     requestAnimationFrame(this.frame);
-    if (!this.scene || document.hidden) {
+    if (!this.scene || document.hidden || this.renderer.gl.isContextLost()) {
+      return;
+    }
+    this.finished();
+    this.pad.poll(now);
+    this.past.goOn(now) && this.showPast();
+    if (this.ordered.length > 0) {
+      // A picture that waited for others would show what was.
       return;
     }
     const samples = this.quality.samples(now, this.dirty);
@@ -197,8 +240,15 @@ class Stage {
     if (unseen) {
       const force = Math.max(length(unseen.grip), ...unseen.tools.map((tool) => length(tool.force)));
       this.panel.now(force);
-      this.panel.drawn(this.link.latency(unseen));
       this.link.acknowledge(unseen);
+    }
+    this.ordered.push([this.renderer.fence(), unseen && this.link.stampOf(unseen)]);
+  }
+
+  /** Counts the pictures that the card has finished: until then nobody sees them. */
+  finished() {
+    while (this.ordered.length > 0 && this.renderer.isDone(this.ordered[0][0])) {
+      this.panel.drawn(this.ordered.shift()[1]);
     }
   }
 
@@ -265,7 +315,7 @@ class Stage {
     this.link.ask({ do: "picture", eye: camera.eye, target: camera.target, up: camera.axes().up, field_of_view: camera.fieldOfView, width: canvas.clientWidth, height: canvas.clientHeight });
   }
 
-  async dropped(event) {
+  dropped(event) {
     event.preventDefault();
     const file = event.dataTransfer.files[0];
     const extension = file?.name.split(".").pop().toLowerCase();
@@ -273,6 +323,10 @@ class Stage {
       this.panel.note(`Drop a mesh file: ${MESHES.join(", ")}.`, true);
       return;
     }
+    this.panel.sure(`Show ${file.name}?`, "Show it", () => this.sendMesh(file, extension));
+  }
+
+  async sendMesh(file, extension) {
     this.panel.curtain(`Filling ${file.name} with nodes …`);
     const content = new Uint8Array(await file.arrayBuffer());
     for (let at = 0; at < content.length; at += PIECE) {

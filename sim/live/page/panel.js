@@ -30,13 +30,19 @@ export class Panel {
     this.force = 0;
     const { link } = stage;
     this.actions = {
-      play: () => link.ask({ do: this.playing ? "pause" : "play" }),
+      play: () => (stage.past.shown ? stage.past.play(performance.now()) : link.ask({ do: this.playing ? "pause" : "play" })),
       step: () => link.ask({ do: "step", steps: 1 }),
       undo: () => link.ask({ do: "undo" }),
       reset: () => this.sure("Go back to the start?", "Reset", () => link.ask({ do: "reset" })),
-      save: () => link.ask({ do: "save" }),
+      save: ({ shiftKey }) => {
+        const name = shiftKey ? prompt("Name of the folder that is saved", stage.scene.name) : "";
+        name === null || link.ask({ do: "save", name });
+      },
       picture: () => stage.savePicture(),
       home: () => stage.home(),
+      x: ({ shiftKey }) => stage.home([shiftKey ? -90 : 90, 0, 1]),
+      y: ({ shiftKey }) => stage.home([shiftKey ? 180 : 0, 0, 1]),
+      z: ({ shiftKey }) => stage.home([0, shiftKey ? -85 : 85, 1]),
       invite: () => link.ask({ do: "invite" }),
     };
     Object.entries(this.actions).forEach(([id, action]) => get(id).addEventListener("click", action));
@@ -58,6 +64,7 @@ export class Panel {
         link.ask({ do: "scene", name });
       });
     });
+    get("past").addEventListener("input", ({ target }) => stage.lookBack(target.value / target.max));
     get("depth").addEventListener("input", (event) => stage.hands.setDepth(event.target.value / 100));
     const slide = (id, show, key, live) => {
       const input = get(id);
@@ -103,12 +110,13 @@ export class Panel {
     }
     const control = event.ctrlKey || event.metaKey;
     const modes = { 1: "cut", 2: "through", 3: "press", 4: "grab", 5: "view" };
-    const ids = control ? { z: "undo", s: "save" } : { " ": "play", ".": "step", r: "reset", p: "picture", h: "home" };
+    const ids = control ? { s: "save", ...(event.shiftKey ? {} : { z: "undo" }) } : { " ": "play", ".": "step", r: "reset", p: "picture", h: "home", x: "x", y: "y", z: "z" };
+    const id = ids[key.toLowerCase()];
     if (!control && modes[key]) {
       this.choose(modes[key]);
-    } else if (ids[key]) {
+    } else if (id) {
       event.preventDefault();
-      this.actions[ids[key]]();
+      this.actions[id](event);
     }
   }
 
@@ -158,6 +166,7 @@ export class Panel {
     this.legend();
     this.hint();
     this.plot.clear();
+    this.past(1);
     this.curtain(null);
   }
 
@@ -173,6 +182,12 @@ export class Panel {
     get("depth-value").textContent = `${(1000 * share * this.stage.size).toFixed(0)} mm`;
   }
 
+  /** Shows where in the time so far the picture is, and how long (s) after now, which is never above zero. */
+  past(share, after) {
+    get("past").value = share * get("past").max;
+    get("past-value").textContent = share < 1 ? `${after.toFixed(1)} s` : "now";
+  }
+
   /** Shows how long a length is in the middle of the picture, and where the axes point. */
   view(camera, height) {
     const metre = (camera.focal * height) / camera.distance;
@@ -182,7 +197,11 @@ export class Panel {
     bar.style.width = `${long * metre}px`;
     words.textContent = lengthOf(long);
     const { right, up } = camera.axes();
-    get("axes").querySelectorAll("path").forEach((path, k) => path.setAttribute("d", `M0 0L${20 * right[k]} ${-20 * up[k]}`));
+    get("axes").querySelectorAll("g").forEach((axis, k) => {
+      const [, path, letter] = axis.children;
+      path.setAttribute("d", `M0 0L${17 * right[k]} ${-17 * up[k]}`);
+      letter.setAttribute("transform", `translate(${24 * right[k]} ${-24 * up[k]})`);
+    });
   }
 
   /** Words over everything; none takes them away. */
@@ -193,12 +212,17 @@ export class Panel {
     }
   }
 
-  note(text, bad = false) {
+  note(text, bad = false, url = "") {
     const line = document.createElement("p");
     line.textContent = text;
+    if (url) {
+      const link = document.createElement("a");
+      [link.href, link.target, link.textContent] = [url, "_blank", url];
+      line.append(link);
+    }
     line.classList.toggle("bad", bad);
     get("notes").append(line);
-    setTimeout(() => line.remove(), bad ? 9000 : 5000);
+    setTimeout(() => line.remove(), url ? 60000 : bad ? 9000 : 5000);
   }
 
   stats(stats) {
@@ -213,15 +237,15 @@ export class Panel {
     this.show();
   }
 
-  /** Takes a drawn frame into account. */
-  drawn(latency) {
+  /** Takes a drawn picture into account, and when (ms) the hand moved that it shows; null for none. */
+  drawn(stamp) {
     const now = performance.now();
     this.frames.push(now);
     while (this.frames[0] < now - 1000) {
       this.frames.shift();
     }
-    if (latency !== null) {
-      this.latencies.push(latency);
+    if (stamp !== null) {
+      this.latencies.push(now - stamp);
       this.latencies.splice(0, this.latencies.length - 400);
     }
   }
@@ -246,7 +270,7 @@ export class Panel {
       ["Nodes · surfels", `${s.nodes} · ${s.surfels}`],
       ["Severed pairs", s.severed],
       ["Strokes", s.strokes],
-      ["Frames", `${this.frames.length} /s`],
+      ["Frames", `${this.frames.filter((time) => time > performance.now() - 1000).length} /s`],
       ["Hand to picture", p95 === null ? "–" : `${p95.toFixed(0)} ms (p95)`],
       ["Slipped", `${s.slipped.toFixed(1)} s`],
       ["Energy balance", s.balance.toExponential(1), Math.abs(s.balance) < 0.02 ? "good" : "bad"],

@@ -40,7 +40,7 @@ export function decode(buffer) {
       return { kind, epoch, body: u32(8), clips };
     }
     case Kind.STATE: {
-      const state = { kind, epoch, number: u32(8), step: Number(view.getBigUint64(16, true)), time: f64(24), stepSize: f64(32) };
+      const state = { kind, epoch, bytes: buffer.byteLength, number: u32(8), step: Number(view.getBigUint64(16, true)), time: f64(24), stepSize: f64(32) };
       state.seen = Array.from({ length: MAX_CLIENTS }, (_, k) => u32(40 + 4 * k));
       [state.kinetic, state.elastic, state.balance] = floats(72, 3);
       state.grip = Array.from(floats(84, 3));

@@ -1,7 +1,7 @@
 // How finely is drawn: coarser while pictures come slowly, fine when nothing moves.
 
 /** Samples to a side of a pixel, from fine to coarse. */
-const LEVELS = [2, 1, 0.7, 0.5];
+const LEVELS = [2, 1, 0.7, 0.5, 0.35];
 /** Time (ms) between pictures above which they get coarser, and below which finer. */
 const SLOW = 45;
 const FAST = 20;

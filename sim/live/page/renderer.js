@@ -77,7 +77,8 @@ export class Renderer {
     [this.seen, ...(this.sums ?? [])].forEach((made) => made && gl.deleteTexture(made));
     [this.first, this.second].forEach((made) => made && gl.deleteFramebuffer(made));
     this.seen = texture(gl, gl.DEPTH_COMPONENT32F, width, height);
-    const formats = [gl.RGBA16F, gl.RGBA16F, ...(coarse ? [] : [this.blendsSingle ? gl.RGBA32F : gl.RGBA16F])];
+    // Without sums there is nothing to blend, and software writes whole numbers faster than halves.
+    const formats = coarse ? [gl.RGBA32F, gl.RGBA32F] : [gl.RGBA16F, gl.RGBA16F, this.blendsSingle ? gl.RGBA32F : gl.RGBA16F];
     this.sums = formats.map((format) => texture(gl, format, width, height));
     this.first = framebuffer(gl, [], this.seen);
     this.second = framebuffer(gl, this.sums, this.seen);
@@ -160,6 +161,22 @@ export class Renderer {
     gl.drawArrays(gl.TRIANGLES, 0, 3);
     this.drawTools(camera, tools);
     gl.bindVertexArray(null);
+  }
+
+  /** What the card comes to when all is drawn that it was told to draw. */
+  fence() {
+    const { gl } = this;
+    const made = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    gl.flush();
+    return made;
+  }
+
+  /** Whether the card has come to a fence, which is gone then. */
+  isDone(fence) {
+    const { gl } = this;
+    const done = gl.getSyncParameter(fence, gl.SYNC_STATUS) === gl.SIGNALED;
+    done && gl.deleteSync(fence);
+    return done;
   }
 
   drawTools(camera, tools) {

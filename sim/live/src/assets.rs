@@ -47,6 +47,8 @@ pub(crate) const ASSETS: &[Asset] = &[
     script!("hands.js"),
     script!("panel.js"),
     script!("plot.js"),
+    script!("past.js"),
+    script!("pad.js"),
 ];
 
 /// The file at a path.

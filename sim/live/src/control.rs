@@ -21,7 +21,11 @@ pub enum Control {
     /// Back to before the last stroke.
     Undo,
     /// Write recording, checkpoint and score sheet.
-    Save,
+    Save {
+        /// Name of the folder; empty for `save`.
+        #[serde(default)]
+        name: String,
+    },
     /// Write a picture as seen by this camera.
     Picture {
         /// Eye (m).

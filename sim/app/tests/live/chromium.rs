@@ -102,6 +102,13 @@ impl Chromium {
 
     /// Calls a method and waits for its result.
     fn ask(&mut self, method: &str, parameters: &Value) -> Value {
+        let told = self.call(method, parameters);
+        assert!(told.get("error").is_none(), "{method}: {told}");
+        told["result"].clone()
+    }
+
+    /// Calls a method and waits for what is told of it.
+    fn call(&mut self, method: &str, parameters: &Value) -> Value {
         self.next += 1;
         let mut call = json!({ "id": self.next, "method": method, "params": parameters });
         if !self.session.is_empty() {
@@ -114,8 +121,7 @@ impl Chromium {
             };
             let told: Value = serde_json::from_str(&text).unwrap();
             if told["id"] == self.next {
-                assert!(told.get("error").is_none(), "{method}: {told}");
-                return told["result"].clone();
+                return told;
             }
         }
     }
@@ -136,10 +142,12 @@ impl Chromium {
         found["result"]["value"].clone()
     }
 
-    /// Waits until an expression is true.
+    /// Waits until an expression is true, in a page that may be loaded meanwhile.
     pub(crate) fn wait(&mut self, expression: &str) {
         let begun = Instant::now();
-        while self.evaluate(&format!("Boolean({expression})")) != json!(true) {
+        let asked =
+            json!({ "expression": format!("Boolean({expression})"), "returnByValue": true });
+        while self.call("Runtime.evaluate", &asked)["result"]["result"]["value"] != json!(true) {
             if begun.elapsed() >= PATIENCE {
                 let told = "window.stage && [stage.state?.step, stage.panel?.last, \
                     document.getElementById('notes').textContent]";

@@ -8,4 +8,5 @@
 
 mod browser;
 mod chromium;
+mod page;
 mod session;

@@ -37,10 +37,15 @@ impl Show {
                     self.note(To::One(client), "there is no stroke to undo");
                 }
             }
-            Control::Save => {
+            Control::Save { name } => {
+                let Some(name) = folder_name(&name) else {
+                    let text = "a name has up to 60 letters, digits, spaces, - and _";
+                    self.complain(To::One(client), text);
+                    return Ok(());
+                };
                 let name = self.free(|number| match number {
-                    1 => "save".to_owned(),
-                    _ => format!("save-{number}"),
+                    1 => name.to_owned(),
+                    _ => format!("{name}-{number}"),
                 });
                 let folder = OutputFolder::create(&self.folder.path().join(name))?;
                 let files = self.session.save(&folder)?;
@@ -189,5 +194,14 @@ impl Show {
             Ok(note) => self.note(To::All, &note),
             Err(error) => self.complain(To::One(client), &error),
         }
+    }
+}
+
+/// A name that someone gave a folder, which leads nowhere else; `save` where it is empty, nothing if it is none.
+fn folder_name(asked: &str) -> Option<&str> {
+    let fits = |c: char| c.is_alphanumeric() || "-_ ".contains(c);
+    match asked.trim() {
+        "" => Some("save"),
+        name => Some(name).filter(|name| name.chars().count() <= 60 && name.chars().all(fits)),
     }
 }
