@@ -1,9 +1,12 @@
 #!/usr/bin/env python3
-"""A client of phyxel.1 with nothing but Python's own library: presses a probe and prints the force.
+"""A client of phyxel.1 with nothing but Python's own library: a hand that presses a probe with a force, and feels it.
 
 python3 press.py 'http://127.0.0.1:8765/#CODE'
 """
 import base64, json, math, os, socket, struct, sys, time, urllib.parse, urllib.request
+
+# The force (N) that the hand presses with.
+WANTED = 1.0
 
 
 class Session:
@@ -58,35 +61,37 @@ class Session:
 
 def main():
     session = Session(sys.argv[1])
-    low, high, settling = None, None, True
+    client, low, high, settling = 0, None, None, True
     while settling:
         told = session.read()
         if isinstance(told, dict):
+            client = told.get("client", client)
             low, high = told.get("low", low), told.get("high", high)
             settling = told.get("settling", settling)
         elif struct.unpack_from("<H", told)[0] == 4:
             session.acknowledge(told)
-    middle = [(a + b) / 2 for a, b in zip(low, high)]
-    size = high[2] - low[2]
-    begun, last, sequence, peak = time.time(), 0.0, 0, 0.0
-    while (now := time.time() - begun) < 4.0:
-        if now - last > 1 / 60:
-            last, sequence = now, sequence + 1
-            height = 0.6 - 0.7 * math.sin(math.pi * now / 4)
-            session.pose(sequence, 0 if sequence == 1 else 1, [middle[0], middle[1], middle[2] + height * size])
-        message = session.read()
-        if not isinstance(message, bytes):
-            continue
-        kind, start = struct.unpack_from("<HH", message)
-        if kind == 4:
-            session.acknowledge(message)
-        elif kind == 5:
-            for k in range(struct.unpack_from("<I", message, 12)[0]):
-                moment, x, y, z, depth = struct.unpack_from("<d4f", message, start + 24 * k)
-                peak = max(peak, math.sqrt(x * x + y * y + z * z))
-            print(f"{moment:8.3f} s  {math.sqrt(x * x + y * y + z * z):7.3f} N  {1000 * depth:5.2f} mm deep")
-    session.pose(sequence + 1, 2, middle)
-    print(f"largest force {peak:.3f} N")
+    x, y, height = (low[0] + high[0]) / 2, (low[1] + high[1]) / 2, high[2] + 0.2 * (high[2] - low[2])
+    begun = last = time.time()
+    sequence, force, peak = 0, 0.0, 0.0
+    while (now := time.time()) - begun < 4.0:
+        # A hand that pushes with WANTED: the less it feels the faster it goes on (m/s for a newton).
+        height -= 0.05 * (WANTED - force) * min(now - last, 0.02)
+        last, sequence = now, sequence + 1
+        session.pose(sequence, 0 if sequence == 1 else 1, [x, y, height])
+        # The loop is closed by the first state that has this pose in it.
+        seen = 0
+        while seen < sequence:
+            message = session.read()
+            if isinstance(message, bytes) and struct.unpack_from("<H", message)[0] == 4:
+                session.acknowledge(message)
+                seen = struct.unpack_from("<I", message, 40 + 4 * client)[0]
+                tool = struct.unpack_from("<14f", message, struct.unpack_from("<H", message, 2)[0])
+                force = math.hypot(*tool[7:10])
+        peak = max(peak, force)
+        if sequence % 100 == 0:
+            print(f"{now - begun:6.3f} s  {force:7.3f} N  {1000 * tool[13]:5.2f} mm deep")
+    session.pose(sequence + 1, 2, [x, y, height])
+    print(f"largest force {peak:.3f} N; the loop was closed {sequence / (last - begun):.0f} times a second")
 
 
 main()
