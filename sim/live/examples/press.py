@@ -15,6 +15,8 @@ class Session:
         with urllib.request.urlopen(f"http://{parts.netloc}/token?{parts.fragment}") as answer:
             token = answer.read().decode()
         self.socket = socket.create_connection((parts.hostname, parts.port))
+        # Small messages are not to wait for each other.
+        self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         key = base64.b64encode(os.urandom(16)).decode()
         self.socket.sendall(
             f"GET /session HTTP/1.1\r\nHost: {parts.netloc}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
