@@ -66,8 +66,14 @@ export class Plot {
     if (this.samples.length < 2) {
       return;
     }
+    // The largest of each column of pixels: thousands of corners take longer than the body does.
+    const columns = [];
+    for (const [time, size] of this.samples) {
+      const column = Math.round(x(time));
+      columns[column] = Math.max(columns[column] ?? 0, size);
+    }
     context.beginPath();
-    this.samples.forEach(([time, size], k) => (k ? context.lineTo(x(time), y(size)) : context.moveTo(x(time), y(size))));
+    columns.forEach((size, column) => context.lineTo(column, y(size)));
     context.strokeStyle = color("--warm");
     context.lineWidth = 1.5;
     context.stroke();
