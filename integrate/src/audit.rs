@@ -108,18 +108,24 @@ impl Audit {
         lag: f64,
         round_off: f64,
     ) -> f64 {
-        let [then, now] = rigid;
+        let [_, now] = rigid;
         let change = (self.energy_error() - before.energy_error()).abs();
-        let dissipated = (self.dissipated - before.dissipated).abs();
-        let lifted = now.kinetic - then.kinetic;
-        let work = (self.external_work() - before.external_work() - lifted).abs();
-        let had = before.elastic.max(before.kinetic - then.kinetic);
-        let scale = had.max(work).max(dissipated.min(had + work));
+        let scale = self.scale_since(before, rigid);
         let floor = (1e-9 * self.scale()).max(round_off);
         let unseen = lag - now.lag - scale;
         let off = [change, unseen].into_iter().filter(|off| *off > floor);
         let off = off.fold(0.0, f64::max);
         if off > 0.0 { off / scale } else { 0.0 }
+    }
+
+    /// The measure `s` of [`Audit::imbalance`] (J).
+    #[must_use]
+    pub fn scale_since(&self, before: &Self, [then, now]: [RigidEnergies; 2]) -> f64 {
+        let dissipated = (self.dissipated - before.dissipated).abs();
+        let lifted = now.kinetic - then.kinetic;
+        let work = (self.external_work() - before.external_work() - lifted).abs();
+        let had = before.elastic.max(before.kinetic - then.kinetic);
+        had.max(work).max(dissipated.min(had + work))
     }
 }
 

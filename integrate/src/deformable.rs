@@ -81,14 +81,27 @@ pub struct DeformableState {
     pub offsets: Vec<f64>,
     /// Elastic slip (m) of each point, in its own tangents; empty without friction.
     pub slips: Vec<[f64; 2]>,
-    /// Energy (J) of the springs at the last step.
+    /// Energy (J) of the springs at the last step, by the offsets learned there.
     pub energy: f64,
     /// Energy (J) that friction dissipated; never falls.
     pub dissipated: f64,
     /// Work (J) of the offsets, and of cuts, on the springs.
     pub offset_work: f64,
+    /// Work (J) on the nodes, by the trapezoidal rule.
+    pub work: f64,
+    /// Forces (N) on the nodes at the last step; empty before the first.
+    pub forces: Vec<DVec3>,
     /// Where nodes (m) were when pairs were listed; empty before.
     pub listed_at: Vec<DVec3>,
+}
+
+impl DeformableState {
+    /// Energy (J) that nothing explains: what it gave to the nodes, holds and dissipated, less what offsets and cuts put in. 0
+    /// for an exact solution.
+    #[must_use]
+    pub fn energy_error(&self) -> f64 {
+        self.work + self.energy + self.dissipated - self.offset_work
+    }
 }
 
 /// What nodes did in a step.
@@ -222,11 +235,17 @@ impl DeformableContact {
     pub fn fits(&self, state: &DeformableState, node_count: usize) -> bool {
         let n = self.disks.len();
         let slips = if self.settings.friction > 0.0 { n } else { 0 };
-        let sums = [state.energy, state.dissipated, state.offset_work];
+        let sums = [
+            state.energy,
+            state.dissipated,
+            state.offset_work,
+            state.work,
+        ];
         state.offsets.len() == n
             && state.slips.len() == slips
-            && [0, node_count].contains(&state.listed_at.len())
-            && state.listed_at.iter().all(|x| x.is_finite())
+            && ([&state.listed_at, &state.forces].into_iter()).all(|list| {
+                [0, node_count].contains(&list.len()) && list.iter().all(|x| x.is_finite())
+            })
             && (state.slips.iter().flatten().chain(&sums)).all(|x| x.is_finite())
             && (state.offsets.iter()).all(|x| x.is_nan() || x.is_finite())
     }
@@ -297,6 +316,7 @@ impl DeformableContact {
             + size_of_val(&*self.state.offsets)
             + size_of_val(&*self.state.slips)
             + size_of_val(&*self.state.listed_at)
+            + size_of_val(&*self.state.forces)
             + size_of_val(&*self.places)
             + size_of_val(&*self.points)
             + size_of_val(&*self.lists)
@@ -375,12 +395,36 @@ impl DeformableContact {
         self.settings.penalty * of(a).min(of(b))
     }
 
-    /// Adds the contact's forces (N) on nodes to `forces`, lets friction slide and offsets learn: to be called once a
-    /// step.
+    /// [`Self::update_forces`], and adds them (N) to `forces`.
     ///
     /// # Panics
     /// If a slice is shorter than the samples' nodes require.
     pub fn add_forces(&mut self, moved: &Moved<'_>, forces: &mut [DVec3]) {
+        self.update_forces(moved);
+        for (sum, force) in forces.iter_mut().zip(&self.state.forces) {
+            *sum += *force;
+        }
+    }
+
+    /// Computes the contact's forces on nodes ([`DeformableState::forces`]), lets friction slide and offsets learn: to be
+    /// called once a step.
+    ///
+    /// # Panics
+    /// If a slice is shorter than the samples' nodes require.
+    pub fn update_forces(&mut self, moved: &Moved<'_>) {
+        let mut forces = std::mem::take(&mut self.state.forces);
+        let half = |forces: &[DVec3]| 0.5 * crate::vector::dot(forces, moved.by);
+        if !forces.is_empty() {
+            self.state.work += half(&forces);
+        }
+        forces.clear();
+        forces.resize(moved.positions.len(), DVec3::ZERO);
+        self.find_forces(moved, &mut forces);
+        self.state.work += half(&forces);
+        self.state.forces = forces;
+    }
+
+    fn find_forces(&mut self, moved: &Moved<'_>, forces: &mut [DVec3]) {
         let positions = moved.positions;
         self.update_lists(positions);
         self.state.energy = 0.0;
@@ -466,7 +510,7 @@ impl DeformableContact {
                 if rubs {
                     state.slips[point] = pressed.slip;
                 }
-                state.energy += pressed.energy;
+                state.energy += pressed.energy + pressed.offset_work;
                 state.dissipated += pressed.dissipated;
                 state.offset_work += pressed.offset_work;
             }

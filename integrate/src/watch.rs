@@ -1,6 +1,7 @@
 //! The watchdog over a motion: whether energy appears, how stiff the body has become, and how much
 //! shorter its steps are to be.
 
+use crate::DeformableState;
 use crate::audit::{RigidEnergies, Warning};
 use crate::error::{Cause, StepError};
 use crate::motion::{Motion, State};
@@ -148,6 +149,21 @@ impl StiffnessTracker {
             }
         }
         (!rose.is_empty()).then_some(Alarm::Rose(rose))
+    }
+}
+
+impl DeformableState {
+    /// The energy error since a snapshot over `moved` (J), the sum of what its bodies moved
+    /// ([`Audit::scale_since`](crate::Audit::scale_since)), what springs held then or what offsets put in, if it is above what
+    /// is allowed; `round_off` as for a motion.
+    #[must_use]
+    pub fn gained_since(&self, before: &Self, moved: f64, round_off: f64) -> Option<f64> {
+        let change = (self.energy_error() - before.energy_error()).abs();
+        let sums = [self.work, self.energy, self.dissipated, self.offset_work];
+        let floor = round_off.max(1e-9 * sums.iter().map(|sum| sum.abs()).sum::<f64>());
+        let put_in = (self.offset_work - before.offset_work).abs();
+        let scale = moved.max(before.energy).max(put_in);
+        (change > floor && change > LARGEST_IMBALANCE * scale).then(|| change / scale)
     }
 }
 

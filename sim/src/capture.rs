@@ -113,6 +113,8 @@ impl World {
         if let Some(contact) = &mut self.deformable {
             let grown = contact.grow(&self.members, member, &triangles);
             grown.map_err(|problem| problem.of(&self.members[member].body))?;
+            // Its samples are others than a snapshot has.
+            self.forget_kept();
         }
         if !triangles.is_empty() {
             self.new_pieces.push(CutPiece { member, triangles });

@@ -8,7 +8,7 @@ use phyxel_integrate::{
     ContactDisks, DeformableContact, DeformableForce, DeformableSettings, DeformableState,
     DiskSample, Moved, StepView,
 };
-use phyxel_splat::{BindSettings, Tissue, TissueSettings};
+use phyxel_splat::{BindSettings, CAPSULE, Tissue, TissueSettings};
 
 use crate::Member;
 use crate::contact_surface::surface_triangles_of;
@@ -44,7 +44,6 @@ pub(crate) struct DeformableBodies {
     moved: Vec<DVec3>,
     /// Number of each node's free piece.
     pieces: Vec<u32>,
-    forces: Vec<DVec3>,
     /// How often pairs had been listed when the eigenvalue was bounded.
     bounded: u64,
 }
@@ -93,7 +92,6 @@ impl DeformableBodies {
             positions: rest.clone(),
             moved: vec![DVec3::ZERO; rest.len()],
             pieces: vec![u32::MAX; rest.len()],
-            forces: vec![DVec3::ZERO; rest.len()],
             rest,
             masses,
             bounded: 0,
@@ -132,6 +130,7 @@ impl DeformableBodies {
             position,
             normal: surfels.normals[surfel],
             area: surfels.areas[surfel],
+            flank: surfels.materials[surfel] != CAPSULE,
             body: index(body),
             stiffness,
             spacing,
@@ -237,7 +236,6 @@ impl DeformableBodies {
 
     /// Computes the forces once all bodies' nodes are known.
     pub(crate) fn press(&mut self, step: f64) {
-        self.forces.fill(DVec3::ZERO);
         let moved = Moved {
             positions: &self.positions,
             by: &self.moved,
@@ -245,12 +243,12 @@ impl DeformableBodies {
             pieces: &self.pieces,
             step,
         };
-        self.contact.add_forces(&moved, &mut self.forces);
+        self.contact.update_forces(&moved);
     }
 
     /// Adds the forces on a body's nodes.
     pub(crate) fn give(&self, body: usize, forces: &mut [DVec3]) {
-        let own = &self.forces[self.first[body]..];
+        let own = &self.contact.state().forces[self.first[body]..];
         for (sum, force) in forces.iter_mut().zip(own) {
             *sum += *force;
         }
@@ -296,7 +294,7 @@ impl DeformableBodies {
     }
 
     pub(crate) fn bytes(&self) -> usize {
-        let vectors = [&self.rest, &self.positions, &self.moved, &self.forces];
+        let vectors = [&self.rest, &self.positions, &self.moved];
         let vectors: usize = vectors.iter().map(|list| size_of_val(&***list)).sum();
         let tissues: usize = self.tissues.iter().map(Tissue::bytes).sum();
         self.contact.bytes() + vectors + tissues

@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use glam::DVec3;
 use phyxel_discretize::Bounds;
-use phyxel_integrate::{DeformableState, RigidEnergies, StepControl};
+use phyxel_integrate::{DeformableForce, DeformableState, RigidEnergies, StepControl};
 
 use crate::body::Body;
 use crate::body_state::BodyState;
@@ -234,7 +234,7 @@ impl World {
             self.advance_in_parts(*step, division, &from, to)?;
             from.clone_from(to);
         }
-        check_energy_since(kept, &mut self.members)
+        self.check_energy_since(kept)
     }
 
     /// Takes a step (s) in so many parts, each as many times divided as keeps fast tools from passing through bodies.
@@ -365,22 +365,41 @@ impl World {
     }
 
     fn check_energy(&mut self) -> Result<(), WorldError> {
-        let kept = self.now.kept.as_ref();
-        kept.map_or(Ok(()), |kept| check_energy_since(kept, &mut self.members))
+        let Some(kept) = self.now.kept.take() else {
+            return Ok(());
+        };
+        let checked = self.check_energy_since(&kept);
+        self.now.kept = Some(kept);
+        checked
     }
-}
 
-fn check_energy_since(kept: &Kept, members: &mut [Member]) -> Result<(), WorldError> {
-    let kept = kept.bodies.iter().zip(&kept.rigid);
-    for (Member { body, .. }, (before, rigid)) in members.iter_mut().zip(kept) {
-        let rigid = [*rigid, body.rigid_energies()];
-        let round_off = body.elastic.energy_round_off(body.motion.positions());
-        if let Some(share) = body.motion.gained_since(&before.motion, rigid, round_off) {
-            let time = body.motion.time();
-            return Err(BodyProblem::Unbalanced { share, time }.of(body));
+    fn check_energy_since(&mut self, kept: &Kept) -> Result<(), WorldError> {
+        let (mut moved, mut floor) = (0.0, 0.0);
+        let before = kept.bodies.iter().zip(&kept.rigid);
+        for (Member { body, .. }, (before, rigid)) in self.members.iter_mut().zip(before) {
+            let rigid = [*rigid, body.rigid_energies()];
+            let round_off = body.elastic.energy_round_off(body.motion.positions());
+            if let Some(share) = body.motion.gained_since(&before.motion, rigid, round_off) {
+                let time = body.motion.time();
+                return Err(BodyProblem::Unbalanced { share, time }.of(body));
+            }
+            moved += (body.motion.audit()).scale_since(&before.motion.audit, rigid);
+            floor += round_off;
         }
+        let contact = self.deformable.as_ref().zip(kept.contact.as_ref());
+        let off = contact.and_then(|(contact, before)| {
+            let share = contact.state().gained_since(before, moved, floor)?;
+            let hardest =
+                |a: &&DeformableForce, b: &&DeformableForce| a.normal.total_cmp(&b.normal);
+            let pair = contact.between().iter().max_by(hardest)?;
+            Some((share, pair.bodies[0]))
+        });
+        off.map_or(Ok(()), |(share, body)| {
+            let body = &self.members[body as usize].body;
+            let time = body.motion.time();
+            Err(BodyProblem::Unbalanced { share, time }.of(body))
+        })
     }
-    Ok(())
 }
 
 impl Body {

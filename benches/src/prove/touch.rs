@@ -7,8 +7,10 @@ use super::Proof;
 
 /// What is asked of a case: depth over the spacing, and imbalance of contact's energy.
 const ASKED: [f64; 2] = [0.25, 0.01];
-/// Cases that miss one of the two, with a bar just above what is measured: energy 0.087, depth 0.315, energy 0.050, depth 0.313.
-const MISSED: [(&str, [f64; 2]); 2] = [
+/// Cases that miss one of the two, with a bar just above what is measured: energy 0.013 (0.0018 with all samples, with
+/// which scenes of `random --all` do not end), depth 0.318 and 0.314.
+const MISSED: [(&str, [f64; 2]); 3] = [
+    ("crossing cuts", [0.25, 0.014]),
     ("a stiffness ratio of 1e3", [0.33, 0.01]),
     ("a body cut while it is pressed", [0.33, 0.01]),
 ];
@@ -228,21 +230,20 @@ fn play(proof: &mut Proof, case: &Case) {
         proof.above(what("det F"), member.body.smallest_ratio, 1e-6);
         proof.below(what("unexplained energy of a body"), share, UNBALANCED);
     }
-    if world.scene().tools.is_empty() {
-        proof.below(
-            what("unexplained energy of contact"),
-            unbalanced(&world),
-            asked[1],
-        );
-    }
+    proof.below(
+        what("unexplained energy of contact"),
+        unbalanced(&world),
+        asked[1],
+    );
 }
 
-/// Energy that contact took from bodies and does not have, over what it moved; of scenes without tools.
+/// Energy that contact made or lost, over what the bodies hold or damped.
 fn unbalanced(world: &World) -> f64 {
     let (_, state) = world.body_contact().expect("it is asked for");
-    let members = world.members().iter();
-    let audits = members.map(|member| member.body.motion.audit());
-    let work: f64 = audits.clone().map(|audit| audit.applied_work).sum();
+    let audits = world
+        .members()
+        .iter()
+        .map(|member| member.body.motion.audit());
     let scale: f64 = audits.map(|audit| audit.elastic.max(audit.taken())).sum();
-    (work + state.energy + state.dissipated - state.offset_work).abs() / scale
+    state.energy_error().abs() / scale
 }
