@@ -105,7 +105,7 @@ fn compare_places(browser: &mut Chromium, scene: &Scene) {
 fn someone_cuts_undoes_presses_and_saves_in_a_browser() {
     let mut scene = liver(400, 4_000);
     if let Some(settle) = &mut scene.integration.settle {
-        (settle.speed, settle.limit) = (1e-9, 5.0);
+        (settle.speed, settle.limit) = (1e-9, 60.0);
     }
     let Some((live, mut browser)) = opened(&scene, [640, 400]) else {
         return;
