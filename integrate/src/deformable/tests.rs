@@ -224,8 +224,8 @@ fn shreds_and_feather_edges_touch_nothing() {
             &rest,
         );
     }
-    let areas = [0, 1].map(|s| disks.samples[s].area);
-    assert_eq!(areas, [1.0, 0.0], "{}", disks.amplification(1));
+    let [near, far] = [0, 1].map(|s| disks.samples[s].area);
+    assert!(near > 0.99 && far < 1e-300, "{}", disks.amplification(1));
     let pair = |flanks: [bool; 2], gap: f64| {
         let mut disks = ContactDisks::default();
         for (k, flank) in flanks.into_iter().enumerate() {
