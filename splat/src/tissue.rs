@@ -387,9 +387,9 @@ impl Tissue {
         Ok(change)
     }
 
-    /// Leaves each surfel the nodes of one piece, that which carries most of it, so that nothing is drawn across a gap
-    /// that no pair of nodes bridges; those that were carried by more, ascending. To be called after each cut that parts
-    /// pieces: a point on a rim may see nodes around a cut's end that nothing links to its own.
+    /// Leaves each surfel the nodes of one piece, that which carries most of it; those that others carried, too, ascending.
+    /// To be called after a cut that parts pieces: a point on a rim sees nodes around a cut's end that nothing links to its
+    /// own, and skin is drawn out across the gap.
     ///
     /// # Arguments
     /// * `pieces` -- label of the connected piece of each node.
