@@ -79,7 +79,8 @@ impl Default for DeformableSettings {
 pub struct DeformableState {
     /// Learned offset (m) of each point; below 0 where it began within the other surface.
     pub offsets: Vec<f64>,
-    /// Elastic slip (m) of each point, in its own tangents; empty without friction.
+    /// Elastic slip of each point in its own tangents, times the root of its spring's stiffness (√J): energy is kept where
+    /// stiffness changes. Empty without friction.
     pub slips: Vec<[f64; 2]>,
     /// Energy (J) of the springs at the last step, by the offsets learned there.
     pub energy: f64,

@@ -311,6 +311,29 @@ mod tests {
         assert!(stretch(0.2).1);
     }
 
+    /// Contact that gives 1 J which nothing held is seen, one whose springs or offsets had it is not.
+    #[test]
+    fn contact_that_makes_energy_is_seen() {
+        let before = DeformableState {
+            energy: 3.0,
+            work: 10.0,
+            ..DeformableState::default()
+        };
+        let after = |energy, offset_work| DeformableState {
+            energy,
+            offset_work,
+            work: 11.0,
+            ..DeformableState::default()
+        };
+        let gained = |after: DeformableState| after.gained_since(&before, 5.0, 0.0);
+        assert_eq!(gained(after(2.0, 0.0)), None, "its springs");
+        assert_eq!(gained(after(3.0, 1.0)), None, "its offsets");
+        let share = gained(after(3.0, 0.0)).expect("seen");
+        assert!((share - 0.2).abs() < 1e-12, "of what moved: {share}");
+        assert!(gained(after(2.02, 0.0)).is_some() && gained(after(2.005, 0.0)).is_none());
+        assert_eq!(after(3.0, 0.0).gained_since(&before, 5.0, 2.0), None);
+    }
+
     #[test]
     fn steps_shorten_at_once_and_recover_slowly() {
         let mut control = StepControl::default();

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use glam::{DMat3, DVec3};
-use phyxel_discretize::{MeshReport, Solid};
+use phyxel_discretize::{MeshReport, Solid, boundary_triangles};
 use phyxel_elastic::Elastic;
 use phyxel_enrich::{CutRule, Factors};
 use phyxel_integrate::{
@@ -13,7 +13,7 @@ use phyxel_integrate::{
 };
 use phyxel_mls::{GradientStencils, Neighborhoods};
 
-use crate::contact_surface::{SurfaceNodes, contact_surface_of, surface_triangles_of};
+use crate::contact_surface::{SurfaceNodes, contact_surface_of};
 use crate::error::{BodyProblem, WorldError};
 use crate::model::{Built, build};
 use crate::scene::{self, Scene};
@@ -210,7 +210,7 @@ impl Body {
         let surface_triangles = if scene.tools.is_empty() {
             Vec::new()
         } else {
-            surface_triangles_of(&tetrahedra)
+            boundary_triangles(&tetrahedra, |_| true)
         };
         let covered = tetrahedra.is_empty() && !scene.tools.is_empty();
         let surface_nodes = covered

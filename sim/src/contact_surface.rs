@@ -1,7 +1,7 @@
 //! The outside of a body, as tools touch it.
 
 use glam::DVec3;
-use phyxel_discretize::{Solid, boundary_triangles, nodal_surface_areas};
+use phyxel_discretize::{Solid, nodal_surface_areas};
 use phyxel_integrate::ContactSurface;
 
 use crate::error::BodyProblem;
@@ -30,11 +30,6 @@ impl SurfaceNodes {
         let (nodes, areas) = covered.filter(|&(_, area)| area > 0.0).unzip();
         Ok(Self { nodes, areas })
     }
-}
-
-/// Triangles of the outside of a body of tetrahedra.
-pub(crate) fn surface_triangles_of(tetrahedra: &[[u32; 4]]) -> Vec<[u32; 3]> {
-    boundary_triangles(tetrahedra, |_| true)
 }
 
 /// Contact points on the outside of a body, of which a triangle is torn if two of its corners no longer hold

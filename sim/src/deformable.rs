@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use glam::DVec3;
-use phyxel_discretize::{sample_surfels, surface_mesh};
+use phyxel_discretize::{boundary_triangles, sample_surfels, surface_mesh};
 use phyxel_integrate::{
     ContactDisks, DeformableContact, DeformableForce, DeformableSettings, DeformableState,
     DiskSample, Moved, StepView,
@@ -11,7 +11,6 @@ use phyxel_integrate::{
 use phyxel_splat::{BindSettings, CAPSULE, Tissue, TissueSettings};
 
 use crate::Member;
-use crate::contact_surface::surface_triangles_of;
 use crate::error::{BodyProblem, WorldError};
 use crate::scene::{self, Between, Scene};
 
@@ -328,7 +327,7 @@ fn tissue_of(member: &Member) -> Result<Tissue, BodyProblem> {
 /// Triangles of a body's outside at each of their corners.
 fn outside_of(member: &Member) -> HashMap<u32, Vec<[u32; 3]>> {
     let mut outside: HashMap<u32, Vec<[u32; 3]>> = HashMap::new();
-    for triangle in surface_triangles_of(&member.body.tetrahedra) {
+    for triangle in boundary_triangles(&member.body.tetrahedra, |_| true) {
         for corner in triangle {
             outside.entry(corner).or_default().push(triangle);
         }
@@ -396,6 +395,11 @@ mod tests {
             again.step().unwrap();
         }
         assert_eq!(bytes(&world), bytes(&again));
+        let contact = &world.deformable.as_ref().unwrap().contact;
+        let (state, nodes) = (contact.state(), world.members()[0].body.motion.state().positions.len());
+        let moved = world.members()[0].body.motion.audit().scale();
+        assert!(state.energy_error().abs() < 0.002 * moved, "{} of {moved}", state.energy_error());
+        assert!(contact.fits(state, nodes) && !contact.fits(state, nodes + 1));
         let mut broken = world.state();
         broken.break_contact();
         let refused = again.restore(broken, |_, _| ()).unwrap_err();

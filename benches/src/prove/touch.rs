@@ -7,10 +7,8 @@ use super::Proof;
 
 /// What is asked of a case: depth over the spacing, and imbalance of contact's energy.
 const ASKED: [f64; 2] = [0.25, 0.01];
-/// Cases that miss one of the two, with a bar just above what is measured: energy 0.013 (0.0018 with all samples, with
-/// which scenes of `random --all` do not end), depth 0.318 and 0.314.
-const MISSED: [(&str, [f64; 2]); 3] = [
-    ("crossing cuts", [0.25, 0.014]),
+/// Cases that press deeper, with a bar just above what is measured: 0.318 and 0.314.
+const MISSED: [(&str, [f64; 2]); 2] = [
     ("a stiffness ratio of 1e3", [0.33, 0.01]),
     ("a body cut while it is pressed", [0.33, 0.01]),
 ];

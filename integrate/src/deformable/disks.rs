@@ -5,10 +5,6 @@ use std::ops::Range;
 
 /// Pivot, relative to the weighted mean square, below which nodes do not determine a direction.
 const LEAST_PIVOT: f64 = 0.02;
-/// Amplification of a row above which a sample is in contact with nothing: its nodes all lie to one side, as in shreds beside
-/// crossing cuts. Without, a stiff cut tube gains all that it stores (`random --all`, seed 91, scene 006); with 3 and 6 it
-/// ends, 0.07 and 0.03 % unexplained. Crossing cuts then press 0.42 and 0.23 spacings deep, 0.23 without.
-const LARGEST_AMPLIFICATION: f64 = 6.0;
 /// Most nodes of a sample.
 const MOST_NODES: usize = 16;
 /// Radius of a disk over the distance of samples: every point has some eight disks opposite.
@@ -135,17 +131,12 @@ impl ContactDisks {
         }
         self.counts[at] = index(own.len());
         self.thickness[at] = if own.len() == 3 { 0.0 } else { -middle.dot(n) };
-        let is_known = self.amplification(at) <= LARGEST_AMPLIFICATION;
-        let is_disk = found[1] && found[2] && is_known;
-        self.reach[at] = if is_disk {
+        self.reach[at] = if found[1] && found[2] {
             REACH * sample.area.sqrt()
         } else {
             0.0
         };
         self.samples[at] = sample;
-        if !is_known {
-            self.samples[at].area = 0.0;
-        }
     }
 
     /// Number of samples.

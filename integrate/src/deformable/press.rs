@@ -81,6 +81,11 @@ pub(super) fn norm(pairs: &[Pair]) -> f64 {
     pairs.iter().map(|pair| pair.phi).sum::<f64>().max(LEAST)
 }
 
+/// Energy (J) of a slip ([`super::DeformableState::slips`]).
+fn energy_of([a, b]: [f64; 2]) -> f64 {
+    0.5 * (a * a + b * b)
+}
+
 impl DeformableContact {
     /// Disks that a point is opposite of, no farther above them than `near` (spacings).
     pub(super) fn find_pairs(
@@ -178,7 +183,8 @@ impl DeformableContact {
             offset: (offset - learning * largest).max(0.0),
             slip: [0.0; 2],
             energy: 0.0,
-            dissipated: 0.0,
+            // Of a point that lets go.
+            dissipated: (self.state.slips.get(point as usize)).map_or(0.0, |slip| energy_of(*slip)),
             offset_work: 0.0,
         };
         if pairs.is_empty() {
@@ -332,16 +338,17 @@ impl DeformableContact {
         }
         let first = p.t[0].normalize_or_zero();
         let second = p.n.cross(first);
-        let before = self.state.slips[pressed.point as usize];
+        let root = stiffness.sqrt();
+        let before = self.state.slips[pressed.point as usize].map(|x| x / root);
         let slip = [before[0] + first.dot(moved), before[1] + second.dot(moved)];
         let length = slip[0].hypot(slip[1]);
         let limit = self.settings.friction * normal;
         let held = (limit / stiffness).min(length);
         let share = if length > 0.0 { held / length } else { 0.0 };
-        pressed.slip = slip.map(|x| x * share);
-        pressed.energy += 0.5 * stiffness * held * held;
-        pressed.dissipated += limit * (length - held);
-        let spring = (first * pressed.slip[0] + second * pressed.slip[1]) * -stiffness;
+        pressed.slip = slip.map(|x| x * share * root);
+        pressed.energy += energy_of(pressed.slip);
+        pressed.dissipated = limit * (length - held);
+        let spring = (first * pressed.slip[0] + second * pressed.slip[1]) * -root;
         (spring, normal - stiffness * held / self.settings.friction)
     }
 }

@@ -199,10 +199,9 @@ fn a_membrane_has_a_thickness() {
     );
 }
 
-/// A sample far beside its nodes would go many times as far as they do: it is in contact with nothing. An uncut surface and a
-/// flank near it at rest, however thin the tissue between them, are never in contact; two flanks are.
+/// An uncut surface and a flank near it at rest, however thin the tissue between them, are never in contact; two flanks are.
 #[test]
-fn shreds_and_feather_edges_touch_nothing() {
+fn feather_edges_touch_nothing() {
     let rest: Vec<DVec3> = (0..9_u32)
         .map(|i| DVec3::new((i % 3).into(), (i / 3).into(), 0.0))
         .collect();
@@ -215,17 +214,6 @@ fn shreds_and_feather_edges_touch_nothing() {
         stiffness: 1.0,
         spacing: 1.0,
     };
-    let mut disks = ContactDisks::default();
-    for x in [1.2, 9.0] {
-        let at = DVec3::new(x, 1.0, 0.0);
-        disks.push(
-            sample(at, DVec3::Z, true),
-            &[0, 1, 2, 3, 4, 5, 6, 7, 8],
-            &rest,
-        );
-    }
-    let [near, far] = [0, 1].map(|s| disks.samples[s].area);
-    assert!(near > 0.99 && far < 1e-300, "{}", disks.amplification(1));
     let pair = |flanks: [bool; 2], gap: f64| {
         let mut disks = ContactDisks::default();
         for (k, flank) in flanks.into_iter().enumerate() {

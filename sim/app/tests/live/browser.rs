@@ -245,33 +245,6 @@ fn someone_cuts_undoes_presses_and_saves_in_a_browser() {
     assert_eq!(browser.evaluate(&same), json!(true));
 }
 
-/// How fast pictures come, and how long after a hand: `cargo test -p phyxel-cli --test live frames -- --ignored --nocapture`.
-#[test]
-#[ignore = "a measurement, which needs a machine that does nothing else"]
-fn frames_of_a_whole_liver_are_counted() {
-    let scene = phyxel_scene::embedded("liver", &[]).unwrap();
-    let Some((_live, mut browser)) = opened(&scene, [960, 540]) else {
-        return;
-    };
-    browser.wait("!stage.panel.last.settling");
-    let [x, y] = middle(&mut browser);
-    browser.key("4");
-    browser.drag(&[[x, y], [x + 40.0, y - 20.0]]);
-    browser.evaluate("stage.panel.latencies.length = 0");
-    // A hand that never rests, which hears of nothing but the page's own clock.
-    let moved = browser.evaluate(&format!(
-        "new Promise((done) => {{ const begun = performance.now(), first = stage.frames; const id = setInterval(() => {{ \
-         const now = performance.now(), turn = (now - begun) / 300; \
-         stage.hands.moved({{ offsetX: {x} + 40 * Math.cos(turn), offsetY: {y} - 20 * Math.sin(turn), pointerId: 1, timeStamp: now }}); \
-         if (now - begun > 5000) {{ clearInterval(id); done((1000 * (stage.frames - first)) / (now - begun)) }} }}, 16) }})"
-    ));
-    let late = browser
-        .evaluate("[stage.panel.latency(0.5), stage.panel.latency(0.95), stage.quality.level]");
-    let rate = moved.as_f64().unwrap();
-    eprintln!("{rate:.1} pictures a second; hand to picture (ms: median, p95), level: {late}");
-    assert!(rate > 1.0);
-}
-
 /// A cube of 4 cm as an OFF file.
 const CUBE: &str = "OFF\n8 6 0\n0 0 0\n0.04 0 0\n0.04 0.04 0\n0 0.04 0\n0 0 0.04\n0.04 0 0.04\n\
     0.04 0.04 0.04\n0 0.04 0.04\n4 3 2 1 0\n4 4 5 6 7\n4 0 1 5 4\n4 1 2 6 5\n4 2 3 7 6\n4 3 0 4 7\n";
