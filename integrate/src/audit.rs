@@ -33,8 +33,9 @@ pub struct Audit {
     pub initial: f64,
     /// What of the kinetic energy the steps themselves do not see: velocity Verlet's velocities stand
     /// half a step apart, and what it conserves is `½ Σ m v(t − Δt/2)·v(t + Δt/2)` and the potential
-    /// energy. `kinetic` is `Δt²/8 Σ f²/m` more; counted from the start, without the jumps where the
-    /// force law changed. 0 under other schemes.
+    /// energy. `kinetic` is `Δt²/8 Σ f²/m` more, and under symplectic Euler, which reads the earlier of
+    /// the two, `Δt/2 Σ f·v` less; counted from the start, without the jumps where the force law, velocities or steps
+    /// changed. 0 under implicit schemes.
     pub staggered: f64,
     /// Linear momentum (kg m/s).
     pub momentum: DVec3,
@@ -47,8 +48,8 @@ impl Audit {
         self.load_work + self.applied_work + self.support_work
     }
 
-    /// What is there less what should be there: 0 for an exact solution, and for velocity Verlet with
-    /// linear forces, whatever its steps. (With the kinetic energy of the velocities at whole steps it would
+    /// What is there less what should be there: 0 for an exact solution, and for explicit schemes with
+    /// linear forces, whatever their steps. (With the kinetic energy of the velocities at whole steps it would
     /// swing by `(ω Δt)²/4` of the energy in a mode `ω`, and keep that much of what a cut releases
     /// into the stiffest modes when damping has taken them.) It is no sign of a step that is too large:
     /// in a mode that grows without bound it is kept, too; there `staggered` grows past what was put in.
@@ -97,7 +98,7 @@ impl Audit {
     ///
     /// # Arguments
     /// * `rigid` -- energies of rigid motions before and now ([`crate::Motion::rigid_energies`]).
-    /// * `lag` -- `Δt²/8 Σ f²/m` (J) of the last step ([`crate::State::lag`]).
+    /// * `lag` -- that of the last step (J; [`crate::State::lag`]).
     /// * `round_off` -- energy (J) below which nothing is said, as the model's; it is not below 1e-9 of
     ///   [`Audit::scale`].
     #[must_use]
@@ -137,7 +138,7 @@ impl Audit {
 pub struct RigidEnergies {
     /// Kinetic energy (J).
     pub kinetic: f64,
-    /// `Δt²/8 Σ m a²` (J) with the rigid accelerations `a`: their part of [`crate::State::lag`].
+    /// Their part of [`crate::State::lag`] (J).
     pub lag: f64,
 }
 

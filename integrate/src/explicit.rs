@@ -166,20 +166,25 @@ impl Motion {
         }
     }
 
-    /// `Δt²/8 Σ f²/m` (J) of the last step and the forces as they are.
+    /// [`crate::State::lag`] (J) of the last step and the forces as they are.
     fn lag(&self) -> f64 {
-        if self.settings.scheme != ExplicitScheme::VelocityVerlet {
-            return 0.0;
-        }
         let half = 0.5 * self.state.step;
         let masses = self.nodes.masses.iter().enumerate();
         let sum = masses.map(|(node, mass)| {
             let force = self.total_force(node);
             let support = self.nodes.supports.of(node);
             let force = support.map_or(force, |support| support.free * force);
-            force.length_squared() / mass
+            self.lag_of(*mass, self.state.velocities[node], force * (half / mass))
         });
-        0.5 * half * half * sum.sum::<f64>()
+        sum.sum()
+    }
+
+    /// The lag (J) of a mass (kg) with its velocity (m/s) and what it gains in half a step (m/s).
+    pub(crate) fn lag_of(&self, mass: f64, velocity: DVec3, gained: DVec3) -> f64 {
+        match self.settings.scheme {
+            ExplicitScheme::VelocityVerlet => 0.5 * mass * gained.length_squared(),
+            ExplicitScheme::SymplecticEuler => -mass * velocity.dot(gained),
+        }
     }
 
     fn evaluate_first(
@@ -298,7 +303,11 @@ impl Motion {
         s.audit.elastic = energy;
         // Of this step's length, at its end and at its begin.
         let ratio = step / s.step;
-        s.audit.staggered += sums.lag - s.lag * (ratio * ratio);
+        let before = match self.settings.scheme {
+            ExplicitScheme::VelocityVerlet => ratio * ratio,
+            ExplicitScheme::SymplecticEuler => ratio * first.1,
+        };
+        s.audit.staggered += sums.lag - s.lag * before;
         (s.lag, s.step) = (sums.lag, step);
         s.audit.dissipated += dissipated;
         s.audit.applied_work += sums.applied;
@@ -342,6 +351,9 @@ impl Motion {
         self.state.audit.kinetic += viscous;
         let damped = self.damp_relative(step);
         self.state.audit.dissipated += damped - viscous;
+        if self.settings.scheme == ExplicitScheme::SymplecticEuler {
+            self.find_lag();
+        }
     }
 
     /// First pass over nodes, with the forces of the last evaluation.

@@ -75,7 +75,8 @@ pub struct State {
     pub viscous: Vec<DVec3>,
     /// Energies after the last step.
     pub audit: Audit,
-    /// `Δt²/8 Σ f²/m` (J) of the last step and the forces last evaluated (see [`Audit::staggered`]).
+    /// What of [`Audit::staggered`] (J) the last step and the forces last evaluated make: `Δt²/8 Σ f²/m` under velocity
+    /// Verlet, `−Δt/2 Σ f·v` under symplectic Euler.
     pub lag: f64,
     /// Size (s) of the last step; 0 before the first.
     pub step: f64,

@@ -25,18 +25,17 @@ impl Motion {
         let half = 0.5 * state.step;
         let mut sum = RigidEnergies::default();
         for (_, nodes) in &self.pieces.free {
-            let energy = |weighted: &dyn Fn(usize) -> DVec3| {
-                let field =
-                    RigidField::with_moments_of(all(nodes), masses, &state.positions, weighted);
-                let energies = nodes.iter().map(|&node| {
-                    let node = node as usize;
-                    0.5 * masses[node] * field.at(state.positions[node]).length_squared()
-                });
-                energies.sum::<f64>()
+            let field = |weighted: &dyn Fn(usize) -> DVec3| {
+                RigidField::with_moments_of(all(nodes), masses, &state.positions, weighted)
             };
-            sum.kinetic += energy(&|node| state.velocities[node] * masses[node]);
-            if state.lag > 0.0 {
-                sum.lag += energy(&|node| self.total_force(node) * half);
+            let moves = field(&|node| state.velocities[node] * masses[node]);
+            let gains = (state.lag > 0.0).then(|| field(&|node| self.total_force(node) * half));
+            for node in all(nodes) {
+                let (mass, velocity) = (masses[node], moves.at(state.positions[node]));
+                sum.kinetic += 0.5 * mass * velocity.length_squared();
+                if let Some(gains) = &gains {
+                    sum.lag += self.lag_of(mass, velocity, gains.at(state.positions[node]));
+                }
             }
         }
         sum

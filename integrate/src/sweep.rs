@@ -58,7 +58,7 @@ pub(crate) struct Sums {
     pub(crate) dissipated: f64,
     pub(crate) applied: f64,
     pub(crate) potential: f64,
-    /// `½ Σ m |Δv|²` of the kicks.
+    /// [`crate::State::lag`] (J).
     pub(crate) lag: f64,
     pub(crate) bad: bool,
 }
@@ -183,12 +183,28 @@ impl Sweep<'_> {
             let old = part(before.applied, &nodes);
             sums.applied += half * (dot_in_order(applied, v) + dot_in_order(old, v));
         }
-        self.kick(&nodes, viscous, kick.time, new);
-        combine(new, v, |gained, v| v + gained);
+        // The second kick of symplectic Euler is the next step's first.
+        let whole = kick.time == 0.0;
+        self.kick(
+            &nodes,
+            viscous,
+            if whole { kick.step } else { kick.time },
+            new,
+        );
+        let masses = &self.nodes.masses[nodes.clone()];
+        if whole {
+            let pairs = masses.iter().zip(v.iter().zip(&*new));
+            sums.lag = -0.5
+                * pairs
+                    .map(|(m, (v, gained))| m * v.dot(*gained))
+                    .sum::<f64>();
+            new.copy_from_slice(v);
+        } else {
+            combine(new, v, |gained, v| v + gained);
+        }
         self.nodes
             .mobility
             .project(&self.nodes.supports, nodes.start, new);
-        let masses = &self.nodes.masses[nodes.clone()];
         for ((p, v), m) in momenta.iter_mut().zip(&*new).zip(masses) {
             *p = *v * *m;
         }
@@ -198,7 +214,9 @@ impl Sweep<'_> {
         sums.kinetic = kinetic * left;
         sums.dissipated += kinetic * (1.0 - left);
         sums.momentum = sum_in_order(momenta) * kick.decay;
-        sums.lag = 0.5 * weighted_squares(masses, new, v);
+        if !whole {
+            sums.lag = 0.5 * weighted_squares(masses, new, v);
+        }
         if !sums.bad {
             combine(v, new, |_, new| new * kick.decay);
         }
