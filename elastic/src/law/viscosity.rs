@@ -27,8 +27,9 @@ const _: () = assert!(
 /// `W_n + sum e_k² Y_k,n + m (W - W_n) + H : (E - E_n)`, between steps `W + sum Y_k`.
 ///
 /// For a law linear in `E`, `Y_k = beta_k/2 x : C : x` with the term's own strain `x = e_k x_n + a_k (E - E_n)`, and
-/// no step gains. Beyond that `Y_k` and a node's loss may be negative (single nodes' sum to 3e-4 of the losses in cut
-/// bodies). `Y_k` is not clamped at 0, since the balance then would not close.
+/// no step gains. Beyond that a term that followed a law which softens could give more than it took: it ends, `Q_k = 0` and
+/// `Y_k = 0`, in the step in which it has given all, and begins again. What the step gave too much, of the order of its
+/// square, is a negative loss. (Without, a drawn-out strand of a viscous body made ten times what was stored.)
 #[derive(Debug, Clone)]
 pub(crate) struct Viscosity {
     terms: usize,
@@ -128,6 +129,9 @@ impl Viscosity {
             *stored = fade * fade * *stored + fade.sqrt() * work;
             for k in 0..6 {
                 overstress[k] = fade * overstress[k] + drive * (now[k] - last[k]);
+            }
+            if *stored < 0.0 {
+                (*stored, *overstress) = (0.0, [0.0; 6]);
             }
         }
         (*last, *last_strain, *law) = (now, strain, energy);
