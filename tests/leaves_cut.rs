@@ -1,6 +1,7 @@
 use glam::DVec3;
 use phyxel_elastic::{
-    CutInput, CutPolicy, Elastic, Material, Materials, Nodes, PronyTerm, Settings, Stencils,
+    CutInput, CutPolicy, Dilatation, Elastic, Law, Material, Materials, Nodes, PronyTerm, Settings,
+    Stencils,
 };
 use phyxel_enrich::{CutSettings, Cuts, FactorSettings, Graph, PairFactors};
 use phyxel_mls::{ConservativeSettings, GradientStencils, Neighborhoods, inverse_square_weights};
@@ -30,7 +31,13 @@ fn view<'a>(stencils: &'a GradientStencils, graph: &'a Neighborhoods) -> Stencil
 }
 
 impl Block {
-    fn new(cells: [usize; 3], spacing: f64, jitter: f64, seed: u64, material: Material) -> Self {
+    fn new(
+        cells: [usize; 3],
+        spacing: f64,
+        jitter: f64,
+        seed: u64,
+        (material, dilatation): (Material, Dilatation),
+    ) -> Self {
         let block = kuhn_block(cells, spacing, jitter, seed);
         let (rest, volumes) = (block.positions, block.volumes);
         let graph = Neighborhoods::from_graph(block.offsets, block.indices).expect("edges");
@@ -49,7 +56,10 @@ impl Block {
             &view(&stencils, &graph),
             &Nodes::new(&rest, &volumes),
             &Materials::Uniform(material),
-            &Settings::default(),
+            &Settings {
+                dilatation,
+                ..Settings::default()
+            },
         );
         let pairs = Graph::new(&rest, graph.offsets(), graph.indices()).expect("valid");
         let factors = PairFactors::new(&pairs, &FactorSettings::default());
@@ -100,7 +110,7 @@ impl Block {
     }
 }
 
-fn materials() -> impl Strategy<Value = Material> {
+fn materials() -> impl Strategy<Value = (Material, Dilatation)> {
     let law = prop_oneof![
         Just(Material::stable_neo_hookean(1e4, 0.45).with_barrier(5e4)),
         Just(Material::neo_hookean(1e4, 0.4)),
@@ -111,12 +121,15 @@ fn materials() -> impl Strategy<Value = Material> {
         ratio: 0.5,
         relaxation_time: 0.1,
     };
-    (law, any::<bool>()).prop_map(move |(law, viscous)| {
-        if viscous {
-            law.with_prony(&[term])
+    (law, any::<bool>(), any::<bool>()).prop_map(move |(law, viscous, mean)| {
+        let split = mean && !matches!(law.law, Law::SaintVenantKirchhoff { .. });
+        let dilatation = if split {
+            Dilatation::Mean
         } else {
-            law
-        }
+            Dilatation::Local
+        };
+        let terms = if viscous { &[term][..] } else { &[] };
+        (law.with_prony(terms), dilatation)
     })
 }
 
@@ -165,7 +178,7 @@ proptest! {
 fn a_block_that_swings_is_cut_and_gains_nothing() {
     const REST: u32 = 1000;
     let material = Material::stable_neo_hookean(1e4, 0.4).with_barrier(5e4);
-    let mut block = Block::new([4, 4, 8], 0.01, 0.15, 3, material);
+    let mut block = Block::new([4, 4, 8], 0.01, 0.15, 3, (material, Dilatation::Local));
     let masses: Vec<f64> = block.volumes.iter().map(|v| 1e3 * v).collect();
     let n = block.rest.len();
     let (mut x, mut v) = (block.rest.clone(), vec![DVec3::ZERO; n]);

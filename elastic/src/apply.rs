@@ -108,6 +108,7 @@ impl Elastic {
         }
         let before = |&node: &u32| self.deformation_gradient(node as usize);
         let before: Vec<DMat3> = touched.iter().map(before).collect();
+        let means = self.state.pressures.as_ref().map(|all| all.means.clone());
         let held = self.control_energy(touched, x) + self.front_energy(touched, x);
         self.note_uncut(touched);
         self.update_rows(touched, input.stencils)?;
@@ -115,6 +116,9 @@ impl Elastic {
         let deficient = self.deficient_nodes_of(touched, &lost, policy);
         let released = self.weaken(&deficient, x, input.left);
         self.retain_gradients(touched, &before, x);
+        if let Some(means) = means {
+            self.retain_means(&means, x);
+        }
         let most = held + released;
         self.raise_control(touched, policy.touched_control, most, x);
         let control = self.control_energy(touched, x);

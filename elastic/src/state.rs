@@ -13,8 +13,8 @@ pub struct State {
     /// Per node of a viscous body the last second Piola–Kirchhoff stress, one overstress per Prony term (Pa; xx, yy,
     /// zz, xy, yz, zx), the last Green strain, and the energy densities (J/m³) of the long-term law and of each term.
     pub viscosity: Vec<[f64; 6]>,
-    /// Nodes with a retained gradient, ascending, and its offset `A` by columns.
-    pub offsets: Vec<(u32, [f64; 9])>,
+    /// Nodes with a retained gradient or mean volume ratio, ascending, its offset `A` by columns and that of the ratio.
+    pub offsets: Vec<(u32, [f64; 9], f64)>,
     /// Offsets (m) of all bonds.
     pub bonds: Vec<f64>,
     /// Nodes whose hourglass stabilization has a scale other than 1, ascending, and the scale.
@@ -32,7 +32,8 @@ impl State {
         let viscosity = body.state.viscosity.as_ref();
         self.viscosity.len() == viscosity.map_or(0, |v| v.history().len())
             && self.viscosity.iter().all(|row| finite(row))
-            && (self.offsets.iter()).all(|(node, value)| exists(*node) && finite(value))
+            && (self.offsets.iter())
+                .all(|(node, value, mean)| exists(*node) && finite(value) && mean.is_finite())
             && self.bonds.len() == body.bond_offsets().len()
             && finite(&self.bonds)
             && (self.control.iter())

@@ -57,7 +57,8 @@ pub(crate) fn stresses<const L: usize>(
     let mean = (&mut pressures.means[..], CHUNK);
     chunks(parallel, mean, partial, |chunk, mean, sum| {
         for (node, j) in (chunk * CHUNK..).zip(mean) {
-            *j = ratios[node] + means.spread(&model.pairs, node, ratios) / model.volumes[node];
+            let spread = means.spread(&model.pairs, node, ratios) / model.volumes[node];
+            *j = ratios[node] + spread + prestrain.mean(node);
             sum[0] += model.elastic_volumes[node] * means.law(model.material_index(node)).at(*j)[0];
         }
     });

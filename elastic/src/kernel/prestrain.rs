@@ -1,4 +1,5 @@
-//! Right factors `I + A` of deformation gradients: `F = F(u) (I + A)` at nodes whose rows a cut rebuilt.
+//! Right factors `I + A` of deformation gradients: `F = F(u) (I + A)` at nodes whose rows a cut rebuilt, and offsets of mean
+//! volume ratios, `J̄ + B`, where the nodes that they are means over changed.
 
 use std::ops::Range;
 
@@ -11,26 +12,32 @@ use crate::law::tensor::double_dot;
 pub(crate) struct Prestrain {
     /// Per node; empty before the first.
     pub(crate) of_node: Vec<DMat3>,
-    /// Nodes whose offset is not zero, ascending.
+    /// `B` per node; empty before the first.
+    pub(crate) means: Vec<f64>,
+    /// Nodes with an offset that is not zero, ascending.
     pub(crate) nodes: Vec<u32>,
     /// Changes of the last decay.
-    pub(crate) decayed: Vec<(u32, DMat3)>,
+    pub(crate) decayed: Vec<(u32, Offset)>,
     /// What the nodes of that decay worked against at the state last evaluated, if somebody asked for it.
     pub(crate) pulls: Vec<(u32, Pull)>,
 }
 
-/// `V`, `P` and `F(u)` of a node: what the change of its offset works against.
+/// `A` and `B` of a node.
+pub(crate) type Offset = (DMat3, f64);
+
+/// `V`, `V p`, `P` and `F(u)` of a node: what the change of its offsets works against.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Pull {
     pub(crate) volume: f64,
+    pub(crate) pressure: f64,
     pub(crate) stress: DMat3,
     pub(crate) own: DMat3,
 }
 
 impl Pull {
-    /// `V P : F(u) dA / 2`.
-    pub(crate) fn half_work(&self, change: DMat3) -> f64 {
-        0.5 * self.volume * double_dot(self.stress, self.own * change)
+    /// `V (P : F(u) dA + p dB) / 2`.
+    pub(crate) fn half_work(&self, (change, mean): Offset) -> f64 {
+        0.5 * (self.volume * double_dot(self.stress, self.own * change) + self.pressure * mean)
     }
 }
 
@@ -41,9 +48,14 @@ impl Prestrain {
         0.5 * double_dot(stress, self.of(node))
     }
 
-    /// A node's offset.
+    /// A node's `A`.
     pub(crate) fn of(&self, node: usize) -> DMat3 {
         self.of_node.get(node).copied().unwrap_or(DMat3::ZERO)
+    }
+
+    /// Its `B`.
+    pub(crate) fn mean(&self, node: usize) -> f64 {
+        self.means.get(node).copied().unwrap_or(0.0)
     }
 
     /// Those of the nodes of a range that have an offset, ascending.
@@ -80,11 +92,17 @@ impl Prestrain {
         self.nodes.is_empty()
     }
 
-    pub(crate) fn set(&mut self, node_count: usize, node: u32, offset: DMat3) {
+    pub(crate) fn set(&mut self, node_count: usize, node: u32, (offset, mean): Offset) {
         self.of_node.resize(node_count, DMat3::ZERO);
         self.of_node[node as usize] = offset;
+        if mean != 0.0 {
+            self.means.resize(node_count, 0.0);
+        }
+        if let Some(of_node) = self.means.get_mut(node as usize) {
+            *of_node = mean;
+        }
         let at = self.nodes.binary_search(&node);
-        match (at, offset == DMat3::ZERO) {
+        match (at, offset == DMat3::ZERO && mean == 0.0) {
             (Err(at), false) => self.nodes.insert(at, node),
             (Ok(at), true) => drop(self.nodes.remove(at)),
             _ => {}
@@ -93,8 +111,9 @@ impl Prestrain {
 
     pub(crate) fn bytes(&self) -> usize {
         self.of_node.capacity() * size_of::<DMat3>()
+            + self.means.capacity() * size_of::<f64>()
             + self.nodes.capacity() * size_of::<u32>()
-            + self.decayed.capacity() * size_of::<(u32, DMat3)>()
+            + self.decayed.capacity() * size_of::<(u32, Offset)>()
             + self.pulls.capacity() * size_of::<(u32, Pull)>()
     }
 }

@@ -55,7 +55,11 @@ impl Elastic {
     fn weaken_one(&mut self, node: usize) -> f64 {
         let f = self.deformation_gradient(node);
         let (model, viscosity) = (&mut self.model, self.state.viscosity.as_ref());
-        let (energy, _) = model.energy_and_stress(viscosity, node, f);
+        let (mut energy, _) = model.energy_and_stress(viscosity, node, f);
+        if let (Some(means), Some(pressures)) = (&model.means, &self.state.pressures) {
+            let law = means.law(model.material_index(node));
+            energy += law.at(pressures.means[node])[0];
+        }
         let held = model.elastic_volumes[node] * energy;
         model.elastic_volumes[node] = 0.0;
         refresh_control(model, &mut self.tables, &[node]);

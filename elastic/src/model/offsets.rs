@@ -10,6 +10,9 @@ use crate::kernel::prestrain::{Prestrain, Pull};
 use crate::kernel::stale::Stale;
 use crate::kernel::storage::{parallel, share_out};
 
+/// Changes of mean volume ratios up to this are round-off.
+const ROUND_OFF: f64 = 1e-13;
+
 impl Elastic {
     /// Keeps the deformation gradients that `nodes` had before [`Elastic::update_rows`] rebuilt their rows:
     /// `F = F(u) (I + A)` with `A = F(u)⁻¹ before - I` where `u` are the
@@ -37,7 +40,26 @@ impl Elastic {
             } else {
                 DMat3::ZERO
             };
-            prestrain.set(model.node_count(), node, offset);
+            let mean = prestrain.mean(at);
+            prestrain.set(model.node_count(), node, (offset, mean));
+        }
+    }
+
+    /// Keeps the mean volume ratios that nodes had `before` their means were taken over others, by an evaluation at
+    /// `positions` (m).
+    pub(crate) fn retain_means(&mut self, before: &[f64], positions: &[DVec3]) {
+        self.forces_into(positions, &mut vec![DVec3::ZERO; positions.len()]);
+        let (model, prestrain) = (&self.model, &mut self.state.prestrain);
+        let Some(pressures) = &self.state.pressures else {
+            return;
+        };
+        for (node, (before, now)) in (0_u32..).zip(before.iter().zip(&pressures.means)) {
+            let at = node as usize;
+            if (before - now).abs() > ROUND_OFF && model.elastic_volumes[at] > 0.0 {
+                let offset = (prestrain.of(at), prestrain.mean(at) + before - now);
+                prestrain.set(model.node_count(), node, offset);
+                self.scratch.stale.add(&[node]);
+            }
         }
     }
 
@@ -78,6 +100,7 @@ impl Elastic {
         self.scratch.stale.add(&nodes);
         let Prestrain {
             of_node,
+            means,
             nodes: left,
             decayed,
             pulls: kept,
@@ -85,20 +108,22 @@ impl Elastic {
         decayed.clear();
         works.clear();
         for (node, pull) in &pulls {
-            let offset = of_node[*node as usize];
-            let mut next = offset * factor;
-            let size = next
-                .to_cols_array()
-                .iter()
-                .fold(0.0, |m: f64, v| m.max(v.abs()));
+            let at = *node as usize;
+            let (offset, mean) = (of_node[at], means.get(at).copied().unwrap_or(0.0));
+            let mut next = (offset * factor, mean * factor);
+            let size = (next.0.to_cols_array().iter()).fold(next.1.abs(), |m, v| m.max(v.abs()));
             if size < SMALLEST_OFFSET {
-                next = DMat3::ZERO;
+                next = (DMat3::ZERO, 0.0);
             } else {
                 left.push(*node);
             }
-            works.push((*node, pull.half_work(next - offset)));
-            of_node[*node as usize] = next;
-            decayed.push((*node, next - offset));
+            let change = (next.0 - offset, next.1 - mean);
+            works.push((*node, pull.half_work(change)));
+            of_node[at] = next.0;
+            if let Some(mean) = means.get_mut(at) {
+                *mean = next.1;
+            }
+            decayed.push((*node, change));
         }
         pulls.clear();
         *kept = pulls;
@@ -126,6 +151,8 @@ impl Elastic {
             let f = self.deformation_gradient(at);
             Pull {
                 volume: self.model.elastic_volumes[at],
+                pressure: (self.state.pressures.as_ref())
+                    .map_or(0.0, |all| all.pressures[at] * self.model.volumes[at]),
                 stress: self.first_piola_kirchhoff(at),
                 own: factor.map_or(f, |factor| f * factor.inverse()),
             }
@@ -140,21 +167,24 @@ impl Elastic {
         });
     }
 
-    /// Offsets by columns of nodes that have one, ascending.
-    pub(crate) fn offsets(&self) -> Vec<(u32, [f64; 9])> {
+    /// Offsets, `A` by columns and `B`, of nodes that have one, ascending.
+    pub(crate) fn offsets(&self) -> Vec<(u32, [f64; 9], f64)> {
         let prestrain = &self.state.prestrain;
-        let value = |&node: &u32| (node, prestrain.of_node[node as usize].to_cols_array());
+        let value = |&node: &u32| {
+            let at = node as usize;
+            (node, prestrain.of(at).to_cols_array(), prestrain.mean(at))
+        };
         prestrain.nodes.iter().map(value).collect()
     }
 
     /// Restores them.
-    pub(crate) fn set_offsets(&mut self, offsets: &[(u32, [f64; 9])]) {
+    pub(crate) fn set_offsets(&mut self, offsets: &[(u32, [f64; 9], f64)]) {
         let n = self.node_count();
         self.state.prestrain = Prestrain::default();
         self.scratch.stale = Stale::everything();
-        for (node, value) in offsets {
+        for (node, value, mean) in offsets {
             let prestrain = &mut self.state.prestrain;
-            prestrain.set(n, *node, DMat3::from_cols_array(value));
+            prestrain.set(n, *node, (DMat3::from_cols_array(value), *mean));
         }
     }
 }

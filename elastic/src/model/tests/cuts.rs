@@ -63,6 +63,7 @@ fn gradients_go_on_over_a_rebuild_and_their_decay_is_booked() {
         let mut f = vec![DVec3::ZERO; n];
         body.forces_into(&x, &mut f);
         let before = body.deformation_gradients().to_vec();
+        let means = body.state.pressures.as_ref().map(|all| all.means.clone());
         let mut torn = block();
         let middle = 0.2;
         let touched = cut(&mut torn, |i, j| {
@@ -72,7 +73,19 @@ fn gradients_go_on_over_a_rebuild_and_their_decay_is_booked() {
         body.update_rows(&touched, &stencils(&torn)).expect("valid");
         let kept: Vec<DMat3> = touched.iter().map(|&i| before[i as usize]).collect();
         body.retain_gradients(&touched, &kept, &x);
+        let off = |body: &Elastic, before: &[f64]| {
+            let now = &body.state.pressures.as_ref().unwrap().means;
+            (before.iter().zip(now)).fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()))
+        };
+        if let Some(means) = &means {
+            body.forces_into(&x, &mut f);
+            assert!(off(&body, means) > 1e-3, "a mean over others");
+            body.retain_means(means, &x);
+        }
         body.forces_into(&x, &mut f);
+        if let Some(means) = &means {
+            assert_below("mean", off(&body, means), 1e-5);
+        }
         for &node in &touched {
             let node = node as usize;
             if body.rank(node) == 3 {
