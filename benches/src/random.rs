@@ -77,7 +77,13 @@ fn scene(random: &mut Random, all: bool) -> Result<Scene, StudyError> {
         liver(random)
     };
     let nodes = between_log(random, NODES) as u32;
-    body.sampling.target = Target::Nodes(nodes);
+    body.sampling.target = match body.shape {
+        // Not every number has a lattice.
+        Shape::Box { size } if all => {
+            Target::Spacing((size.element_product() / f64::from(nodes)).cbrt())
+        }
+        _ => Target::Nodes(nodes),
+    };
     body.material.youngs_modulus = between_log(random, MODULUS);
     body.material.poissons_ratio = between(random, RATIO);
     let mut scene = Scene::new("random", vec![body]);

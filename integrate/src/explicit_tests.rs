@@ -2,7 +2,7 @@ use super::*;
 use crate::audit::Audit;
 use crate::motion::MotionSettings;
 use crate::supports::BoundaryConditions;
-use crate::testing::{Chain, Network, OMEGA, damped, free, nothing, one_node, oscillator, pulled};
+use crate::testing::{Chain, Network, OMEGA, free, nothing, one_node, oscillator, pulled};
 use crate::trajectory::{Ease, Trajectory};
 use proptest::prelude::*;
 use testkit::assert_matches;
@@ -332,7 +332,7 @@ proptest! {
 fn a_written_state_continues_to_the_same_bits() {
     let rest = uniform(9, 1.0, 3);
     let network = Network::complete(&rest, 20.0);
-    let settings = damped(0.1);
+    let settings = crate::testing::damped(0.1);
     let supports = BoundaryConditions::fixed(9, &[2]);
     let mut motion = Motion::new(&rest, &[0.5; 9], supports, settings).unwrap();
     let mut other = motion.clone();

@@ -168,6 +168,13 @@ impl ContactDisks {
         begin..begin + self.counts[sample] as usize
     }
 
+    /// Whether two samples have a node in common. Those of an uncut surface then have no gap between them that nodes could open or
+    /// close, as in a crease of a mesh finer than the spacing.
+    pub(crate) fn share_nodes(&self, a: u32, b: u32) -> bool {
+        let [a, b] = [a, b].map(|sample| &self.nodes[self.row(sample as usize)]);
+        a.iter().any(|node| b.contains(node))
+    }
+
     /// Sum of the weights' amounts: how much farther than its nodes a sample may move.
     pub(crate) fn amplification(&self, sample: usize) -> f64 {
         self.weights[self.row(sample)].iter().map(|w| w.abs()).sum()

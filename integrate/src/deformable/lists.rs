@@ -207,7 +207,8 @@ impl DeformableContact {
             arm.length_squared() < far * far
                 && self.disks.reach[q as usize] > 0.0
                 && allowed(a.body, b.body)
-                && (a.body != b.body || !are_neighbors(a, b))
+                && (a.body != b.body
+                    || !are_neighbors(a, b) && (a.flank || !self.disks.share_nodes(p, q)))
         };
         (self.points, self.lists) = candidates(places, &open, far, meets);
         self.close_at.clear();

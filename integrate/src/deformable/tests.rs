@@ -199,7 +199,8 @@ fn a_membrane_has_a_thickness() {
     );
 }
 
-/// An uncut surface and a flank near it at rest, however thin the tissue between them, are never in contact; two flanks are.
+/// An uncut surface and a flank near it at rest, however thin the tissue between them, are never in contact; two flanks are, and
+/// two uncut sides of a slit that have no node in common.
 #[test]
 fn feather_edges_touch_nothing() {
     let rest: Vec<DVec3> = (0..9_u32)
@@ -214,14 +215,15 @@ fn feather_edges_touch_nothing() {
         stiffness: 1.0,
         spacing: 1.0,
     };
-    let pair = |flanks: [bool; 2], gap: f64| {
+    let rest = [rest.clone(), rest].concat();
+    let pair = |flanks: [bool; 2], gap: f64, apart: u32| {
         let mut disks = ContactDisks::default();
         for (k, flank) in flanks.into_iter().enumerate() {
             let z = [0.0, gap][k];
             let normal = [DVec3::Z, -DVec3::Z][k];
             disks.push(
                 sample(DVec3::new(1.0, 1.0, z), normal, flank),
-                &[0, 1, 2, 3, 4, 5, 6, 7, 8],
+                &[0, 1, 2, 3, 4, 5, 6, 7, 8].map(|node| node + apart * u32::from(k == 1)),
                 &rest,
             );
         }
@@ -230,9 +232,10 @@ fn feather_edges_touch_nothing() {
         contact.update_lists(&rest);
         contact.listed_pairs()
     };
-    assert_eq!(pair([true, true], 0.0), 2, "the flanks of a cut");
-    assert_eq!(pair([false, true], 0.01), 0, "a feather edge");
-    assert_eq!(pair([false, false], 0.5), 2, "a slit that the body has");
+    assert_eq!(pair([true, true], 0.0, 0), 2, "the flanks of a cut");
+    assert_eq!(pair([false, true], 0.01, 0), 0, "a feather edge");
+    assert_eq!(pair([false, false], 0.5, 9), 2, "a slit that the body has");
+    assert_eq!(pair([false, false], 0.5, 0), 0, "one finer than the nodes");
 }
 
 /// A block pressed down by a gap carries `k A` per side, whatever the samples.
