@@ -427,7 +427,7 @@ impl DeformableContact {
 
     fn find_forces(&mut self, moved: &Moved<'_>, forces: &mut [DVec3]) {
         let positions = moved.positions;
-        self.update_lists(positions);
+        self.update_lists(positions, moved.pieces);
         self.state.energy = 0.0;
         self.between.clear();
         if self.points.is_empty() {

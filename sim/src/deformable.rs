@@ -256,7 +256,7 @@ impl DeformableBodies {
     /// The bound of what contact adds to the largest eigenvalue where bodies are now, if it is another than before.
     pub(crate) fn new_bound(&mut self, members: &[Member]) -> Option<f64> {
         self.begin(members);
-        self.contact.update_lists(&self.positions);
+        self.contact.update_lists(&self.positions, &self.pieces);
         let rebuilds = self.contact.rebuilds();
         (std::mem::replace(&mut self.bounded, rebuilds) != rebuilds)
             .then(|| self.contact.largest_eigenvalue(&self.masses))
@@ -396,9 +396,16 @@ mod tests {
         }
         assert_eq!(bytes(&world), bytes(&again));
         let contact = &world.deformable.as_ref().unwrap().contact;
-        let (state, nodes) = (contact.state(), world.members()[0].body.motion.state().positions.len());
+        let (state, nodes) = (
+            contact.state(),
+            world.members()[0].body.motion.state().positions.len(),
+        );
         let moved = world.members()[0].body.motion.audit().scale();
-        assert!(state.energy_error().abs() < 0.002 * moved, "{} of {moved}", state.energy_error());
+        assert!(
+            state.energy_error().abs() < 0.002 * moved,
+            "{} of {moved}",
+            state.energy_error()
+        );
         assert!(contact.fits(state, nodes) && !contact.fits(state, nodes + 1));
         let mut broken = world.state();
         broken.break_contact();

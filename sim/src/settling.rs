@@ -115,9 +115,14 @@ impl World {
             if description.velocity != DVec3::ZERO {
                 body.begin_with(description.velocity)?;
             }
-            if body.motion.supports().entries().is_empty() && !body.motion.has_pieces() {
-                // Nothing holds it: from here on it falls and turns freely.
-                body.motion.set_pieces(&vec![0; body.rest.len()]);
+            if !member.body.motion.has_pieces() {
+                // What nothing holds falls and turns freely from here on.
+                let pieces = member.pieces().piece;
+                let motion = &mut member.body.motion;
+                motion.set_pieces(&pieces);
+                if !motion.has_free_pieces() {
+                    motion.set_pieces(&[]);
+                }
             }
             let gravity = self.scene.gravity.map_or(DVec3::ZERO, |g| g.acceleration);
             for contact in &mut member.contacts {

@@ -12,7 +12,7 @@ impl DeformableContact {
         if self.state.listed_at.is_empty() {
             return Vec::new();
         }
-        self.update_lists(positions);
+        self.update_lists(positions, &[]);
         let mut energies = vec![0.0; self.disks.len()];
         self.each_point(positions, |point, pairs| {
             [energies[point], _] = self.springs(point, pairs, self.state.offsets[point]);
@@ -22,7 +22,7 @@ impl DeformableContact {
 
     /// Gives every known point the offset with which it has the energy that it had.
     pub(super) fn keep_energies(&mut self, positions: &[DVec3]) {
-        self.update_lists(positions);
+        self.update_lists(positions, &[]);
         let stored = std::mem::take(&mut self.stored);
         let mut offsets = std::mem::take(&mut self.state.offsets);
         self.each_point(positions, |point, pairs| {

@@ -12,6 +12,45 @@ const NEIGHBORS: f64 = 3.0;
 /// Cells along an axis at most.
 const MOST_CELLS: f64 = 64.0;
 
+/// Samples of a piece since pairs were listed.
+#[derive(Clone)]
+struct Part {
+    count: f64,
+    /// How far (m) they moved together, and at most otherwise.
+    drift: DVec3,
+    off: f64,
+    /// Where they were.
+    low: DVec3,
+    high: DVec3,
+}
+
+impl Default for Part {
+    fn default() -> Self {
+        Self {
+            count: 0.0,
+            drift: DVec3::ZERO,
+            off: 0.0,
+            low: DVec3::INFINITY,
+            high: DVec3::NEG_INFINITY,
+        }
+    }
+}
+
+impl Part {
+    fn add(&mut self, place: DVec3, by: DVec3) {
+        self.count += 1.0;
+        self.drift += by;
+        (self.low, self.high) = (self.low.min(place), self.high.max(place));
+    }
+
+    /// Whether they are farther than `far` (m) from others.
+    fn is_apart(&self, other: &Self, far: f64) -> bool {
+        let far = far + self.off + other.off;
+        let above = |a: &Self, b: &Self| (a.low + a.drift).cmpgt(b.high + b.drift + far).any();
+        above(self, other) || above(other, self)
+    }
+}
+
 /// Points with others that they meet, as ranges of the second list; both ascending.
 ///
 /// # Arguments
@@ -98,20 +137,15 @@ pub(super) fn candidates(
 }
 
 impl DeformableContact {
-    /// Makes lists of pairs again if samples have moved too far since the last; whether it did. [`Self::add_forces`] does
-    /// so by itself.
-    pub fn update_lists(&mut self, positions: &[DVec3]) -> bool {
-        let room = 0.5 * self.margin();
-        let stays = |room: f64, a: DVec3, b: DVec3| a.distance_squared(b) < room * room;
-        // Samples go no farther than nodes do by the amplification of their rows, and mostly less far.
-        let least = room / self.amplification;
+    /// Makes lists of pairs again if samples have moved too far since the last, apart from the common motion of a free piece
+    /// far from all others (`pieces` as in [`super::Moved`], empty: none is free); whether it did. [`Self::add_forces`] does so by
+    /// itself.
+    pub fn update_lists(&mut self, positions: &[DVec3], pieces: &[u32]) -> bool {
+        let least = 0.5 * self.margin() / self.amplification;
+        let stays = |(a, b): (&DVec3, &DVec3)| a.distance_squared(*b) < least * least;
         let same = self.state.listed_at.len() == positions.len();
         let mut nodes = positions.iter().zip(&self.state.listed_at);
-        let mut places = self.places.iter().enumerate();
-        if same
-            && (nodes.all(|(a, b)| stays(least, *a, *b))
-                || places.all(|(s, place)| stays(room, self.disks.gather(s, positions).0, *place)))
-        {
+        if same && (nodes.all(stays) || self.lists_hold(positions, pieces)) {
             return false;
         }
         self.state.listed_at.clear();
@@ -119,6 +153,51 @@ impl DeformableContact {
         self.rebuilds += 1;
         self.list_pairs();
         true
+    }
+
+    /// Whether no two samples have come nearer to each other than lists allow: those of a piece by how far they moved
+    /// otherwise than all of it, those of two pieces by their motions, too, unless the pieces are apart.
+    fn lists_hold(&self, positions: &[DVec3], pieces: &[u32]) -> bool {
+        let (margin, far) = (self.margin(), self.fars().fold(0.0, f64::max));
+        let of = |sample: usize| {
+            let first = self.disks.row(sample).start;
+            let piece = pieces.get(self.disks.nodes[first] as usize);
+            piece.map_or(0, |piece| piece.wrapping_add(1) as usize)
+        };
+        let moves = |(sample, place): (usize, &DVec3)| {
+            (of(sample), self.disks.gather(sample, positions).0 - *place)
+        };
+        let moves: Vec<(usize, DVec3)> = self.places.iter().enumerate().map(moves).collect();
+        let count = moves.iter().map(|(piece, _)| piece + 1).max().unwrap_or(0);
+        let mut parts = vec![Part::default(); count];
+        for ((piece, by), place) in moves.iter().zip(&self.places) {
+            parts[*piece].add(*place, *by);
+        }
+        for (piece, part) in parts.iter_mut().enumerate() {
+            // What is held drifts nowhere, nor does a piece without samples.
+            part.drift *= if piece == 0 {
+                0.0
+            } else {
+                part.count.max(1.0).recip()
+            };
+        }
+        for (piece, by) in &moves {
+            let part = &mut parts[*piece];
+            part.off = part.off.max(by.distance(part.drift));
+        }
+        (parts.iter().enumerate()).all(|(k, a)| {
+            a.off < 0.5 * margin
+                && parts[..k].iter().all(|b| {
+                    a.off + b.off + a.drift.distance(b.drift) < margin || a.is_apart(b, far)
+                })
+        })
+    }
+
+    /// Distances (m) beyond which nothing meets each disk.
+    fn fars(&self) -> impl Iterator<Item = f64> + '_ {
+        let (deepest, margin) = (DEEPEST * self.widest(), self.margin());
+        let reach = self.disks.reach.iter();
+        reach.map(move |reach| reach.hypot(deepest) + margin)
     }
 
     /// Lists those of the pairs that may be opposite of each other until nodes have moved by a part of
@@ -174,14 +253,8 @@ impl DeformableContact {
         self.places
             .extend(all.map(|s| self.disks.gather(s, positions).0));
         let (places, samples) = (&self.places, &self.disks.samples);
-        let (bodies, margin) = (self.allowed.len().isqrt(), self.margin());
-        let deepest = DEEPEST * self.widest();
-        let fars = self
-            .disks
-            .reach
-            .iter()
-            .map(|reach| reach.hypot(deepest) + margin);
-        let fars: Vec<f64> = fars.collect();
+        let bodies = self.allowed.len().isqrt();
+        let fars: Vec<f64> = self.fars().collect();
         let far = fars.iter().copied().fold(0.0, f64::max);
         let mut boxes = vec![(DVec3::INFINITY, DVec3::NEG_INFINITY); bodies];
         for (sample, place) in samples.iter().zip(places) {

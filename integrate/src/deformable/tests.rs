@@ -229,7 +229,7 @@ fn feather_edges_touch_nothing() {
         }
         let settings = DeformableSettings::default();
         let mut contact = DeformableContact::new(disks, settings, 1, |_, _| true);
-        contact.update_lists(&rest);
+        contact.update_lists(&rest, &[]);
         contact.listed_pairs()
     };
     assert_eq!(pair([true, true], 0.0, 0), 2, "the flanks of a cut");
@@ -343,6 +343,57 @@ fn samples_that_change_keep_their_energy() {
     assert!(
         evaluate(&contact, &x, &moved).2.energy > 0.0,
         "still pressed"
+    );
+}
+
+/// A piece that goes off alone is not listed anew until it comes back, and then all pairs are there.
+#[test]
+fn what_is_apart_is_listed_once() {
+    let (contact, rest) = sheets(0.0, 5);
+    let (all, half) = (rest.len(), rest.len() / 2);
+    let pieces: Vec<u32> = (0..all)
+        .map(|n| if n < half { u32::MAX } else { 0 })
+        .collect();
+    let mut random = Random::new(8);
+    let shaken: Vec<DVec3> = rest.iter().map(|x| *x + random.vector(0.02)).collect();
+    let at = |z: f64| -> Vec<DVec3> {
+        let lift = |(n, x): (usize, &DVec3)| *x + DVec3::Z * if n < half { 0.0 } else { z };
+        shaken.iter().enumerate().map(lift).collect()
+    };
+    let mut contact = contact;
+    let mut begun = [0; 2];
+    for (way, heights) in [(0..40).collect::<Vec<_>>(), (0..40).rev().collect()]
+        .into_iter()
+        .enumerate()
+    {
+        for height in heights {
+            let x = at(0.3 * f64::from(height) - 0.05);
+            contact.update_lists(&x, &pieces);
+            if height == 39 {
+                begun[way] = contact.rebuilds();
+            }
+            let mut brute = contact.clone();
+            brute.state.listed_at.clear();
+            brute.margin = 1e3;
+            brute.update_lists(&x, &[]);
+            let near = |contact: &DeformableContact| {
+                let mut found = Vec::new();
+                contact.each_point(&x, |point, pairs| {
+                    found.extend(
+                        pairs
+                            .iter()
+                            .map(|pair| (point, contact.near[pair.slot as usize])),
+                    );
+                });
+                found
+            };
+            assert_eq!(near(&contact), near(&brute), "at {height}");
+        }
+    }
+    let [off, back] = [begun[0], contact.rebuilds() - begun[1]];
+    assert!(
+        (2..20).contains(&off) && (2..20).contains(&back),
+        "{off} and {back} of 40"
     );
 }
 
@@ -460,7 +511,7 @@ fn a_collision_keeps_momentum_and_the_books() {
     motion.set_velocities(&v).unwrap();
     // Springs of a step's own reference hold each sheet together, so that it is moved, not torn.
     let bound = {
-        contact.update_lists(&x);
+        contact.update_lists(&x, &[]);
         contact.largest_eigenvalue(motion.masses())
     };
     let spring = |x: &[DVec3], forces: &mut [DVec3]| {
@@ -538,9 +589,9 @@ proptest! {
         let (mut contact, x, moved) = pressed(0.5, seed);
         let mut brute = contact.clone();
         brute.margin = 1e3;
-        contact.update_lists(&x);
+        contact.update_lists(&x, &[]);
         brute.state.listed_at.clear();
-        brute.update_lists(&x);
+        brute.update_lists(&x, &[]);
         let (sum, forces, state) = evaluate(&contact, &x, &moved);
         prop_assert!(sum.normal > 0.1 && sum.friction > 0.0, "{sum:?}");
         let total: DVec3 = forces.iter().sum();
@@ -564,7 +615,7 @@ proptest! {
     #[test]
     fn the_eigenvalue_estimate_holds(seed in 0_u64..1000) {
         let (mut contact, x, _) = pressed(0.0, seed);
-        contact.update_lists(&x);
+        contact.update_lists(&x, &[]);
         let bound = contact.largest_eigenvalue(&vec![1.0; x.len()]);
         let mut random = Random::new(seed + 3);
         let mut v: Vec<DVec3> = x.iter().map(|_| random.vector(1.0)).collect();
