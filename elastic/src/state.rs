@@ -14,7 +14,7 @@ pub struct State {
     /// zz, xy, yz, zx), the last Green strain, and the energy densities (J/m³) of the long-term law and of each term.
     pub viscosity: Vec<[f64; 6]>,
     /// Nodes with a retained gradient or mean volume ratio, ascending, its offset `A` by columns and that of the ratio.
-    pub offsets: Vec<(u32, [f64; 9], f64)>,
+    pub offsets: Vec<(u32, ([f64; 9], f64))>,
     /// Offsets (m) of all bonds.
     pub bonds: Vec<f64>,
     /// Nodes whose hourglass stabilization has a scale other than 1, ascending, and the scale.
@@ -33,7 +33,7 @@ impl State {
         self.viscosity.len() == viscosity.map_or(0, |v| v.history().len())
             && self.viscosity.iter().all(|row| finite(row))
             && (self.offsets.iter())
-                .all(|(node, value, mean)| exists(*node) && finite(value) && mean.is_finite())
+                .all(|(node, (value, mean))| exists(*node) && finite(value) && mean.is_finite())
             && self.bonds.len() == body.bond_offsets().len()
             && finite(&self.bonds)
             && (self.control.iter())

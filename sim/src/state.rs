@@ -278,7 +278,7 @@ mod tests {
             ("a vector", |s| s.bodies[0].eigenvector.truncate(3)),
             ("history", |s| s.bodies[0].elastic.viscosity.clear()),
             ("offsets", |s| {
-                s.bodies[0].elastic.offsets.push((1 << 30, [0.0; 9], 0.0));
+                s.bodies[0].elastic.offsets.push((1 << 30, ([0.0; 9], 0.0)));
             }),
             ("bonds", |s| s.bodies[0].elastic.bonds.push(0.0)),
             ("control", |s| s.bodies[0].elastic.control.push((0, 0.5))),

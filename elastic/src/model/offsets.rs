@@ -168,21 +168,21 @@ impl Elastic {
     }
 
     /// Offsets, `A` by columns and `B`, of nodes that have one, ascending.
-    pub(crate) fn offsets(&self) -> Vec<(u32, [f64; 9], f64)> {
+    pub(crate) fn offsets(&self) -> Vec<(u32, ([f64; 9], f64))> {
         let prestrain = &self.state.prestrain;
         let value = |&node: &u32| {
             let at = node as usize;
-            (node, prestrain.of(at).to_cols_array(), prestrain.mean(at))
+            (node, (prestrain.of(at).to_cols_array(), prestrain.mean(at)))
         };
         prestrain.nodes.iter().map(value).collect()
     }
 
     /// Restores them.
-    pub(crate) fn set_offsets(&mut self, offsets: &[(u32, [f64; 9], f64)]) {
+    pub(crate) fn set_offsets(&mut self, offsets: &[(u32, ([f64; 9], f64))]) {
         let n = self.node_count();
         self.state.prestrain = Prestrain::default();
         self.scratch.stale = Stale::everything();
-        for (node, value, mean) in offsets {
+        for (node, (value, mean)) in offsets {
             let prestrain = &mut self.state.prestrain;
             prestrain.set(n, *node, (DMat3::from_cols_array(value), *mean));
         }

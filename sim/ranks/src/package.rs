@@ -50,7 +50,7 @@ pub(crate) struct Package {
     fronts: Vec<(u32, DMat3)>,
     weak: Vec<Weak>,
     /// Nodes with an offset of their deformation gradient, ascending, and these.
-    offsets_of_gradients: Vec<(u32, [f64; 9])>,
+    offsets_of_gradients: Vec<(u32, ([f64; 9], f64))>,
     /// Whether any rank has such: works of their decay need forces evaluated where the nodes are.
     pub(crate) carries: bool,
     /// Ranks that need positions of own nodes, with the local numbers of these.

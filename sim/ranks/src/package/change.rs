@@ -26,7 +26,7 @@ pub(crate) struct Change {
     control_scales: Vec<(u32, f64)>,
     fronts: Vec<(u32, DMat3)>,
     weak: Vec<Weak>,
-    offsets_of_gradients: Vec<(u32, [f64; 9])>,
+    offsets_of_gradients: Vec<(u32, ([f64; 9], f64))>,
     carries: bool,
     /// Who is monitored from now on, as in a package; `None` for those of before.
     watched: Option<(Vec<(u32, u32)>, usize)>,
