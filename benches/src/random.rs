@@ -78,9 +78,9 @@ fn scene(random: &mut Random, all: bool) -> Result<Scene, StudyError> {
     };
     let nodes = between_log(random, NODES) as u32;
     body.sampling.target = match body.shape {
-        // Not every number has a lattice.
+        // Not every number has a lattice. A body-centred one, with its faces, has some 2.1 nodes for each cube of a spacing.
         Shape::Box { size } if all => {
-            Target::Spacing((size.element_product() / f64::from(nodes)).cbrt())
+            Target::Spacing((2.1 * size.element_product() / f64::from(nodes)).cbrt())
         }
         _ => Target::Nodes(nodes),
     };
