@@ -183,24 +183,18 @@ impl Sweep<'_> {
             let old = part(before.applied, &nodes);
             sums.applied += half * (dot_in_order(applied, v) + dot_in_order(old, v));
         }
-        // The second kick of symplectic Euler is the next step's first.
-        let whole = kick.time == 0.0;
-        self.kick(
-            &nodes,
-            viscous,
-            if whole { kick.step } else { kick.time },
-            new,
-        );
+        self.kick(&nodes, viscous, half, new);
         let masses = &self.nodes.masses[nodes.clone()];
-        if whole {
-            let pairs = masses.iter().zip(v.iter().zip(&*new));
-            sums.lag = -0.5
-                * pairs
-                    .map(|(m, (v, gained))| m * v.dot(*gained))
-                    .sum::<f64>();
-            new.copy_from_slice(v);
-        } else {
+        // The second kick of symplectic Euler is in the next step's first.
+        let is_kicked = kick.time > 0.0;
+        if is_kicked {
             combine(new, v, |gained, v| v + gained);
+        } else {
+            let pairs = masses.iter().zip(v.iter().zip(&*new));
+            sums.lag = -pairs
+                .map(|(m, (v, gained))| m * v.dot(*gained))
+                .sum::<f64>();
+            new.copy_from_slice(v);
         }
         self.nodes
             .mobility
@@ -214,7 +208,7 @@ impl Sweep<'_> {
         sums.kinetic = kinetic * left;
         sums.dissipated += kinetic * (1.0 - left);
         sums.momentum = sum_in_order(momenta) * kick.decay;
-        if !whole {
+        if is_kicked {
             sums.lag = 0.5 * weighted_squares(masses, new, v);
         }
         if !sums.bad {

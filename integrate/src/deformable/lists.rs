@@ -313,3 +313,7 @@ fn are_neighbors(a: &DiskSample, b: &DiskSample) -> bool {
     let behind = a.flank != b.flank || b.normal.dot(arm) < -0.05 * b.spacing;
     arm.length_squared() < near * near && (!faces || behind)
 }
+
+#[cfg(test)]
+#[path = "lists_tests.rs"]
+mod tests;

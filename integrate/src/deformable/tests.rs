@@ -13,7 +13,7 @@ const LAYERS: u32 = 3;
 
 /// Two sheets of nodes 1 m apart whose surfaces meet at `z = 0`, half a spacing from their outermost nodes, with four
 /// samples per node at positions that do not match: E/h = 1 N/m³.
-fn sheets(friction: f64, seed: u64) -> (DeformableContact, Vec<DVec3>) {
+pub(super) fn sheets(friction: f64, seed: u64) -> (DeformableContact, Vec<DVec3>) {
     let mut random = Random::new(seed);
     let mut rest = Vec::new();
     for side in [-1.0, 1.0] {
@@ -199,45 +199,6 @@ fn a_membrane_has_a_thickness() {
     );
 }
 
-/// An uncut surface and a flank near it at rest, however thin the tissue between them, are never in contact; two flanks are, and
-/// two uncut sides of a slit that have no node in common.
-#[test]
-fn feather_edges_touch_nothing() {
-    let rest: Vec<DVec3> = (0..9_u32)
-        .map(|i| DVec3::new((i % 3).into(), (i / 3).into(), 0.0))
-        .collect();
-    let sample = |position: DVec3, normal: DVec3, flank: bool| DiskSample {
-        flank,
-        position,
-        normal,
-        area: 1.0,
-        body: 0,
-        stiffness: 1.0,
-        spacing: 1.0,
-    };
-    let rest = [rest.clone(), rest].concat();
-    let pair = |flanks: [bool; 2], gap: f64, apart: u32| {
-        let mut disks = ContactDisks::default();
-        for (k, flank) in flanks.into_iter().enumerate() {
-            let z = [0.0, gap][k];
-            let normal = [DVec3::Z, -DVec3::Z][k];
-            disks.push(
-                sample(DVec3::new(1.0, 1.0, z), normal, flank),
-                &[0, 1, 2, 3, 4, 5, 6, 7, 8].map(|node| node + apart * u32::from(k == 1)),
-                &rest,
-            );
-        }
-        let settings = DeformableSettings::default();
-        let mut contact = DeformableContact::new(disks, settings, 1, |_, _| true);
-        contact.update_lists(&rest, &[]);
-        contact.listed_pairs()
-    };
-    assert_eq!(pair([true, true], 0.0, 0), 2, "the flanks of a cut");
-    assert_eq!(pair([false, true], 0.01, 0), 0, "a feather edge");
-    assert_eq!(pair([false, false], 0.5, 9), 2, "a slit that the body has");
-    assert_eq!(pair([false, false], 0.5, 0), 0, "one finer than the nodes");
-}
-
 /// A block pressed down by a gap carries `k A` per side, whatever the samples.
 #[test]
 fn pressure_is_that_of_the_penalty_and_the_offset_closes_the_gap() {
@@ -343,57 +304,6 @@ fn samples_that_change_keep_their_energy() {
     assert!(
         evaluate(&contact, &x, &moved).2.energy > 0.0,
         "still pressed"
-    );
-}
-
-/// A piece that goes off alone is not listed anew until it comes back, and then all pairs are there.
-#[test]
-fn what_is_apart_is_listed_once() {
-    let (contact, rest) = sheets(0.0, 5);
-    let (all, half) = (rest.len(), rest.len() / 2);
-    let pieces: Vec<u32> = (0..all)
-        .map(|n| if n < half { u32::MAX } else { 0 })
-        .collect();
-    let mut random = Random::new(8);
-    let shaken: Vec<DVec3> = rest.iter().map(|x| *x + random.vector(0.02)).collect();
-    let at = |z: f64| -> Vec<DVec3> {
-        let lift = |(n, x): (usize, &DVec3)| *x + DVec3::Z * if n < half { 0.0 } else { z };
-        shaken.iter().enumerate().map(lift).collect()
-    };
-    let mut contact = contact;
-    let mut begun = [0; 2];
-    for (way, heights) in [(0..40).collect::<Vec<_>>(), (0..40).rev().collect()]
-        .into_iter()
-        .enumerate()
-    {
-        for height in heights {
-            let x = at(0.3 * f64::from(height) - 0.05);
-            contact.update_lists(&x, &pieces);
-            if height == 39 {
-                begun[way] = contact.rebuilds();
-            }
-            let mut brute = contact.clone();
-            brute.state.listed_at.clear();
-            brute.margin = 1e3;
-            brute.update_lists(&x, &[]);
-            let near = |contact: &DeformableContact| {
-                let mut found = Vec::new();
-                contact.each_point(&x, |point, pairs| {
-                    found.extend(
-                        pairs
-                            .iter()
-                            .map(|pair| (point, contact.near[pair.slot as usize])),
-                    );
-                });
-                found
-            };
-            assert_eq!(near(&contact), near(&brute), "at {height}");
-        }
-    }
-    let [off, back] = [begun[0], contact.rebuilds() - begun[1]];
-    assert!(
-        (2..20).contains(&off) && (2..20).contains(&back),
-        "{off} and {back} of 40"
     );
 }
 
