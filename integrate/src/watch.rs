@@ -12,10 +12,10 @@ use glam::DVec3;
 /// by some power of its excess each time, so this is far from overflow.
 const PATIENCE: u32 = 10;
 
-/// Energy that may appear or vanish over [`StepControl::STEPS`] steps: [`Audit::imbalance`](crate::Audit::imbalance). Steps of
-/// 0.79 of the critical one through fibres that slacken left 4.2, 1.1 and 0.15 % unexplained with 2, 0.5 and 0.2 %, in
-/// 8,569, 9,342 and 7,482 steps.
-const LARGEST_IMBALANCE: f64 = 0.002;
+/// Energy that may appear or vanish over [`StepControl::STEPS`] steps: [`Audit::imbalance`](crate::Audit::imbalance). What a
+/// severed tip loses as it lands faster than its waves is never much in one stretch, but 1.0 % in all with 0.2 % allowed, in
+/// 4,580 steps (`run liver`); 0.35 % in 5,125 with this.
+const LARGEST_IMBALANCE: f64 = 5e-4;
 /// Energy-balance error with which a run ends if no shorter step lowers it.
 const FATAL_IMBALANCE: f64 = 0.5;
 /// Fraction of the first stable step below which a motion leads nowhere: it would take a million times as long.
@@ -330,7 +330,7 @@ mod tests {
         assert_eq!(gained(after(3.0, 1.0)), None, "its offsets");
         let share = gained(after(3.0, 0.0)).expect("seen");
         assert!((share - 0.2).abs() < 1e-12, "of what moved: {share}");
-        assert!(gained(after(2.02, 0.0)).is_some() && gained(after(2.005, 0.0)).is_none());
+        assert!(gained(after(2.02, 0.0)).is_some() && gained(after(2.002, 0.0)).is_none());
         assert_eq!(after(3.0, 0.0).gained_since(&before, 5.0, 2.0), None);
     }
 

@@ -57,6 +57,8 @@ pub(crate) struct Placed {
     pub(crate) n: DVec3,
     /// `(TᵀT)⁻¹`: its entries 11, 12 and 22.
     pub(crate) inverse: [f64; 3],
+    /// `|t₁ × t₂|`: its area over that at rest.
+    pub(crate) area: f64,
 }
 
 impl Placed {
@@ -200,15 +202,18 @@ impl ContactDisks {
             return Placed {
                 x,
                 n,
+                area: 1.0,
                 ..Placed::default()
             };
         }
         let (a, b, c) = (t[0].length_squared(), t[0].dot(t[1]), t[1].length_squared());
         let determinant = (a * c - b * b).max(f64::MIN_POSITIVE);
+        let normal = t[0].cross(t[1]);
         Placed {
             x,
             t,
-            n: t[0].cross(t[1]).normalize_or_zero(),
+            n: normal.normalize_or_zero(),
+            area: normal.length(),
             inverse: [c / determinant, -b / determinant, a / determinant],
         }
     }

@@ -19,6 +19,11 @@ const LARGEST_OFFSET: f64 = 0.25;
 /// a straight rim.
 const LEAST: f64 = 0.5 * std::f64::consts::PI * REACH * REACH / 3.0;
 
+/// Area of a disk, over that at rest, at which it presses and is pressed no longer, and up to which it does so in full: feet
+/// on a disk that collapses run away as the inverse of the square of its area.
+const COLLAPSED: f64 = 0.1;
+const WHOLE: f64 = 0.3;
+
 /// What a disk gets of a point: the force and those conjugate to its tangents.
 pub(super) struct Touch {
     pub(super) slot: u32,
@@ -58,6 +63,8 @@ pub(super) struct Pair {
     pub(super) facing: [f64; 2],
     /// By how much it is near enough and not too deep, with its derivative by the gap (1/m).
     pub(super) close: [f64; 2],
+    /// By how much the point's disk and the other are whole, with its derivatives by their areas.
+    pub(super) whole: (f64, [f64; 2]),
     pub(super) phi: f64,
 }
 
@@ -68,11 +75,12 @@ fn smooth_step(x: f64, none: f64, full: f64) -> [f64; 2] {
     [u * u * (3.0 - 2.0 * u), 6.0 * u * (1.0 - u) / width]
 }
 
-/// Forces conjugate to the tangents of a disk of one that is conjugate to its normal.
-fn turning(disk: &Placed, force: DVec3) -> [DVec3; 2] {
+/// Forces conjugate to the tangents of a disk of one that is conjugate to its normal, and of a number (J) conjugate to its
+/// area.
+fn turning(disk: &Placed, force: DVec3, spread: f64) -> [DVec3; 2] {
     let [a, b] = disk.t;
-    let area = a.cross(b).length();
-    let bent = (force - disk.n * force.dot(disk.n)) / area.max(f64::MIN_POSITIVE);
+    let bent = (force - disk.n * force.dot(disk.n)) / disk.area.max(f64::MIN_POSITIVE);
+    let bent = bent + disk.n * spread;
     [b.cross(bent), bent.cross(a)]
 }
 
@@ -113,12 +121,15 @@ impl DeformableContact {
             if out == 0.0 || deep == 0.0 || faces[0] == 0.0 {
                 continue;
             }
+            let [own, own_slope] = smooth_step(p.area, COLLAPSED, WHOLE);
+            let [opposite, slope] = smooth_step(q.area, COLLAPSED, WHOLE);
+            let whole = (own * opposite, [own_slope * opposite, own * slope]);
             let close = [out * deep, (slope_out * deep + out * slope_deep) / spacing];
             let xi = q.solve([q.t[0].dot(arm), q.t[1].dot(arm)]);
             let reach = self.disks.reach[other as usize];
             let inside = 1.0 - (xi[0] * xi[0] + xi[1] * xi[1]) / (reach * reach);
-            if inside > 0.0 {
-                let phi = inside * inside * faces[0] * close[0];
+            if inside > 0.0 && whole.0 > 0.0 {
+                let phi = inside * inside * faces[0] * close[0] * whole.0;
                 let stiffness = self.stiffness(point, other);
                 pairs.push(Pair {
                     slot,
@@ -129,6 +140,7 @@ impl DeformableContact {
                     inside,
                     facing: faces,
                     close,
+                    whole,
                     phi,
                 });
             }
@@ -228,14 +240,23 @@ impl DeformableContact {
             }
             // −∂E/∂ξ: of the weight alone, as gaps do not depend on where the foot is.
             let per_weight = (stored - if norm > LEAST { mean } else { 0.0 }) / norm;
-            let slope = 4.0 * pair.inside * pair.facing[0] * pair.close[0] / reach(pair).powi(2)
-                * per_weight;
-            let bend = -per_weight * pair.inside.powi(2) * pair.facing[1] * pair.close[0];
-            let fade = -per_weight * pair.inside.powi(2) * pair.facing[0] * pair.close[1];
-            if bend != 0.0 {
+            let (whole, spread) = pair.whole;
+            let all = per_weight * whole;
+            let slope =
+                4.0 * pair.inside * pair.facing[0] * pair.close[0] / reach(pair).powi(2) * all;
+            let bend = -all * pair.inside.powi(2) * pair.facing[1] * pair.close[0];
+            let fade = -all * pair.inside.powi(2) * pair.facing[0] * pair.close[1];
+            let spread = spread.map(|by_area| {
+                -per_weight * pair.inside.powi(2) * pair.facing[0] * pair.close[0] * by_area
+            });
+            if bend != 0.0 || spread.iter().any(|load| *load != 0.0) {
                 let own = &placed[slot as usize];
-                for (slot, disk, n) in [(slot, own, q.n), (pair.slot, q, own.n)] {
-                    let load = (DVec3::ZERO, turning(disk, n * bend));
+                let both = [
+                    (slot, own, q.n, spread[0]),
+                    (pair.slot, q, own.n, spread[1]),
+                ];
+                for (slot, disk, n, spread) in both {
+                    let load = (DVec3::ZERO, turning(disk, n * bend, spread));
                     chunk.touches.push(Touch { slot, load });
                 }
             }

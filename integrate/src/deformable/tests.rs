@@ -471,15 +471,25 @@ fn a_collision_keeps_momentum_and_the_books() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// Forces are the derivative of the energy, weights of pairs included, also of those that turn away from each other.
+    /// Forces are the derivative of the energy, weights of pairs included, also of those that turn away from each other or
+    /// whose disks collapse.
     #[test]
-    fn forces_are_those_of_the_energy(seed in 0_u64..1000, tilt in 0.0..0.9, deeper in 0.0..1.0) {
+    fn forces_are_those_of_the_energy(
+        seed in 0_u64..1000,
+        tilt in 0.0..0.9,
+        deeper in 0.0..1.0,
+        narrow in 0.1..1.0,
+    ) {
         let (mut contact, mut x, _) = pressed(0.0, seed);
         contact.settings.learning = 0.0;
         let (all, turn) = (x.len(), DQuat::from_axis_angle((x[1] - x[0]).normalize(), tilt));
         let middle = x[all / 2..].iter().sum::<DVec3>() / (all / 2) as f64;
         for x in &mut x[all / 2..] {
             *x = middle + turn * (*x - middle) - DVec3::Z * deeper;
+        }
+        let along = (x[1] - x[0]).normalize();
+        for x in &mut x {
+            *x += along * (narrow - 1.0) * along.dot(*x);
         }
         let mut random = Random::new(seed + 2);
         let direction: Vec<DVec3> = x.iter().map(|_| random.vector(1.0)).collect();
