@@ -79,7 +79,7 @@ pub struct ContactPoint {
     pub position: DVec3,
     /// Outward normal of the tool there.
     pub normal: DVec3,
-    /// Pressure (Pa), over the area at rest; never negative.
+    /// Pressure (Pa), over the area at rest; never negative, and 0 where only lagged friction acts any longer.
     pub pressure: f64,
     /// Traction of friction on the body (Pa), over the area at rest.
     pub traction: DVec3,
@@ -97,7 +97,8 @@ pub struct ContactPoint {
 pub(crate) enum Limit {
     /// Friction times the present pressure.
     Present,
-    /// The limits of the last [`Contact::lag_friction`] or [`Contact::settle_friction`].
+    /// The limits of the last [`Contact::lag_friction`] or [`Contact::settle_friction`], in the planes that the tool has where
+    /// points hold on to it, also at those that have left it: a potential without jumps.
     Lagged,
 }
 
@@ -240,7 +241,7 @@ impl Contact {
         assert_eq!(positions.len(), forces.len(), "one force per node");
         let mut semi_implicit = std::mem::take(&mut self.semi_implicit);
         semi_implicit.gather(&self.surface, |node| positions[node]);
-        semi_implicit.choose_near(&self.surface, shape, pose);
+        semi_implicit.choose_near(&self.surface, shape, pose, &self.sticking);
         let sum = self.evaluate(shape, pose, &mut semi_implicit, friction);
         for (member, force) in self.surface.members.iter().zip(&semi_implicit.forces) {
             forces[*member as usize] += *force;
@@ -264,6 +265,7 @@ impl Contact {
         let stiffness = self.settings.penalty;
         let surface = &self.surface;
         let placed = shape.placed(pose);
+        let lagged = friction == Some(Limit::Lagged);
         for &group in &semi_implicit.near {
             for point in surface.points(group) {
                 let bound = surface.weights_of(group, point);
@@ -271,12 +273,12 @@ impl Contact {
                     .clone()
                     .map(|(n, w)| semi_implicit.positions[n] * w)
                     .sum();
-                let value = placed.value(position);
-                if value >= 0.0 {
+                let touches = placed.value(position) < 0.0;
+                if !(touches || lagged && self.rubs(point)) {
                     continue;
                 }
                 let at = placed.distance(position);
-                let pressure = -stiffness * at.value;
+                let pressure = (-stiffness * at.value).max(0.0);
                 let area = surface.areas[point as usize];
                 let force = at.normal * (area * pressure);
                 for (n, w) in bound {
@@ -285,9 +287,13 @@ impl Contact {
                 sum.force -= force;
                 sum.torque -= (position - pose.position).cross(force);
                 sum.energy += 0.5 * area * pressure * pressure / stiffness;
-                sum.area += area;
+                sum.area += if touches { area } else { 0.0 };
                 sum.penetration = sum.penetration.max(-at.value);
-                let rigid = outer(at.normal) * (stiffness * area);
+                let rigid = if touches {
+                    outer(at.normal) * (stiffness * area)
+                } else {
+                    DMat3::ZERO
+                };
                 self.active.push(ContactPoint {
                     point,
                     position,
@@ -302,9 +308,16 @@ impl Contact {
             }
         }
         if let Some(limit) = friction {
-            self.rub(pose, limit, &mut semi_implicit.forces, &mut sum);
+            self.rub((shape, pose), limit, &mut semi_implicit.forces, &mut sum);
         }
         sum
+    }
+
+    /// Whether a point feels friction with lagged limits, wherever it is.
+    fn rubs(&self, point: u32) -> bool {
+        self.limits
+            .get(point as usize)
+            .is_some_and(|limit| *limit > 0.0)
     }
 
     /// Adds `K v` (N/m) at the last evaluation to `product`; friction counts as far as its limits are

@@ -253,7 +253,7 @@ impl RigidTool {
         } else {
             let (shape, contact) = (&self.shape, &mut self.contact);
             let mut sum = contact.add_forces(shape, &self.pose, view.positions, forces);
-            contact.add_friction(&self.pose, forces, &mut sum);
+            contact.add_friction((shape, &self.pose), forces, &mut sum);
             sum
         };
         self.take(sum, &before);

@@ -1,7 +1,7 @@
 //! Coulomb friction by return mapping, with limits of the moment or lagged ones.
 
 use super::{Contact, ContactForce, ContactPoint, Limit};
-use crate::shape::{Pose, outer};
+use crate::shape::{Pose, RigidShape, outer};
 use glam::{DMat3, DVec3};
 
 impl Contact {
@@ -14,7 +14,7 @@ impl Contact {
     /// If `forces` is shorter than the surface's nodes require.
     pub(crate) fn add_friction(
         &mut self,
-        pose: &Pose,
+        (shape, pose): (&RigidShape, &Pose),
         forces: &mut [DVec3],
         sum: &mut ContactForce,
     ) {
@@ -22,7 +22,7 @@ impl Contact {
             return;
         }
         let mut on_members = vec![DVec3::ZERO; self.surface.members.len()];
-        self.rub(pose, Limit::Present, &mut on_members, sum);
+        self.rub((shape, pose), Limit::Present, &mut on_members, sum);
         for (member, force) in self.surface.members.iter().zip(&on_members) {
             forces[*member as usize] += *force;
         }
@@ -62,6 +62,7 @@ impl Contact {
         if self.anchors.is_empty() {
             return;
         }
+        self.active.retain(|point| point.pressure > 0.0);
         self.lag_friction();
         for point in self.sticking.drain(..) {
             let touches = |a: &ContactPoint| a.point.cmp(&point);
@@ -81,7 +82,7 @@ impl Contact {
     /// Adds friction at the active points to forces on members, with its symmetric stiffness.
     pub(crate) fn rub(
         &mut self,
-        pose: &Pose,
+        (shape, pose): (&RigidShape, &Pose),
         limit: Limit,
         forces: &mut [DVec3],
         sum: &mut ContactForce,
@@ -90,23 +91,24 @@ impl Contact {
             return;
         }
         let k = self.settings.penalty;
+        let placed = shape.placed(pose);
         for active in &mut self.active {
             let Some(anchor) = self.anchors[active.point as usize] else {
                 active.traction = DVec3::ZERO;
                 continue;
             };
-            let slip = active.position - pose.position - pose.rotation * anchor;
-            let slip = slip - active.normal * active.normal.dot(slip);
-            let length = slip.length();
-            let limit = match limit {
-                Limit::Present => self.settings.friction * active.pressure,
-                Limit::Lagged => self
-                    .limits
-                    .get(active.point as usize)
-                    .copied()
-                    .unwrap_or(0.0),
+            let anchor = pose.position + pose.rotation * anchor;
+            let (limit, normal) = match limit {
+                Limit::Present => (self.settings.friction * active.pressure, active.normal),
+                Limit::Lagged => {
+                    let limit = self.limits.get(active.point as usize).copied();
+                    (limit.unwrap_or(0.0), placed.distance(anchor).normal)
+                }
             };
-            let plane = DMat3::IDENTITY - outer(active.normal);
+            let slip = active.position - anchor;
+            let slip = slip - normal * normal.dot(slip);
+            let length = slip.length();
+            let plane = DMat3::IDENTITY - outer(normal);
             let (traction, stiffness, energy) = if k * length <= limit {
                 (slip * -k, plane * k, 0.5 * k * length * length)
             } else {

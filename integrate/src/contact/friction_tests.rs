@@ -12,6 +12,8 @@ use crate::testing::{Network, damped, patch};
 use crate::tool::{Drive, RigidTool};
 use crate::trajectory::{Ease, Trajectory};
 use glam::DQuat;
+use testkit::cloud::Random;
+use testkit::derivative::directional_error;
 
 const FLOOR: RigidShape = RigidShape::Plane { normal: DVec3::Z };
 
@@ -166,4 +168,50 @@ fn what_implicit_steps_cannot_do_is_refused() {
         Err(SolveError::Viscosity { viscosity: 0.1 }),
         "viscosity"
     );
+}
+
+/// Lagged friction and pressure are the derivative of one energy, also where points leave the tool, and end after the step in
+/// which they do.
+#[test]
+fn lagged_friction_has_a_potential() {
+    let mut random = Random::new(3);
+    let shape = RigidShape::Sphere { radius: 0.6 };
+    let pose = Pose::at(DVec3::new(1.1, 0.9, 0.5));
+    let mut left = 0;
+    for _ in 0..40 {
+        let (mut contact, rest) = contact(0.5);
+        let mut f = vec![DVec3::ZERO; 9];
+        contact.add_all(&shape, &pose, &rest, &mut f, Some(Limit::Lagged));
+        contact.settle_friction(&pose);
+        let down = DVec3::Z * random.range(0.0, 0.1);
+        let x: Vec<DVec3> = rest
+            .iter()
+            .map(|x| *x - down + random.vector(0.03))
+            .collect();
+        let direction = rest.iter().map(|_| random.vector(1.0)).collect::<Vec<_>>();
+        let mut press = |t: f64| {
+            let mut f = vec![DVec3::ZERO; 9];
+            let x: Vec<DVec3> = x.iter().zip(&direction).map(|(x, d)| *x + *d * t).collect();
+            let sum = contact.add_all(&shape, &pose, &x, &mut f, Some(Limit::Lagged));
+            let leave = contact
+                .points()
+                .iter()
+                .filter(|point| point.pressure == 0.0);
+            (sum, f, leave.count())
+        };
+        let (sum, forces, leave) = press(0.0);
+        left += leave;
+        let slope: f64 = -forces
+            .iter()
+            .zip(&direction)
+            .map(|(f, d)| f.dot(*d))
+            .sum::<f64>();
+        let error = directional_error(|t| press(t).0.energy, slope, 1e-6, 1e-3);
+        assert!(error < 1e-5, "{error}");
+        contact.settle_friction(&pose);
+        let pressed = contact.points().iter().all(|point| point.pressure > 0.0);
+        assert!(pressed, "{sum:?}");
+        assert_eq!(contact.sticking.len(), contact.points().len());
+    }
+    assert!(left > 40, "{left} points left the tool");
 }

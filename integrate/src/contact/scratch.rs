@@ -59,12 +59,14 @@ impl SemiImplicit {
         self.forces.resize(surface.members.len(), DVec3::ZERO);
     }
 
-    /// Lists the groups whose middle is no farther from the tool than from their nodes.
+    /// Lists the groups whose middle is no farther from the tool than from their nodes, and those of sticking points
+    /// (ascending).
     pub(super) fn choose_near(
         &mut self,
         surface: &ContactSurface,
         shape: &RigidShape,
         pose: &Pose,
+        sticking: &[u32],
     ) {
         self.near.clear();
         if let Some(clear) = &self.clear
@@ -88,7 +90,10 @@ impl SemiImplicit {
                 .iter()
                 .map(|member| middle.distance_squared(at(member)));
             let farthest = away.fold(0.0, f64::max);
-            if value <= 0.0 || farthest >= value * value {
+            let points = surface.points(group);
+            let sticks = sticking.get(sticking.partition_point(|point| *point < points.start));
+            let sticks = sticks.is_some_and(|point| *point < points.end);
+            if value <= 0.0 || farthest >= value * value || sticks {
                 self.near.push(group);
             } else {
                 least = least.min(value - farthest.sqrt());

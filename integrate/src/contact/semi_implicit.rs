@@ -57,7 +57,7 @@ impl Contact {
             let moved = view.velocities[node] + view.acceleration(node) * view.step;
             view.positions[node] + moved * half
         });
-        semi_implicit.choose_near(&self.surface, shape, pose);
+        semi_implicit.choose_near(&self.surface, shape, pose, &self.sticking);
         // Forces only push away: what does not touch where it moves by itself never does.
         semi_implicit.keep_touching(&self.surface, shape, pose);
         let mut sum = ContactForce::default();

@@ -149,7 +149,7 @@ fn friction_sticks_below_the_limit_and_slides_at_it() {
         pose.position.x = shift;
         let mut f = vec![DVec3::ZERO; 9];
         let mut sum = contact.add_forces(&FLOOR, &pose, &x, &mut f);
-        contact.add_friction(&pose, &mut f, &mut sum);
+        contact.add_friction((&FLOOR, &pose), &mut f, &mut sum);
         let total: DVec3 = f.iter().sum();
         assert!((total + sum.force).length() < 1e-12, "action and reaction");
         sum.force
