@@ -24,7 +24,7 @@ impl World {
         &self.now.alarms
     }
 
-    fn alarm(&mut self, what: String, how: &str) {
+    pub(crate) fn alarm(&mut self, what: String, how: &str) {
         if !self.now.alarms.iter().any(|alarm| alarm.starts_with(&what)) {
             self.now.alarms.push(what + how);
         }

@@ -53,8 +53,11 @@ impl World {
     /// Whether steps go on until the bodies are at rest or the time for it is over; then [`World::start_scene`] follows.
     #[must_use]
     pub fn is_settling(&self) -> bool {
-        let moves = self.now.origin.is_none() && !self.rests_in_equilibrium();
-        moves && !self.has_settled() && !(self.steps() > 0 && self.is_at_rest())
+        self.now.origin.is_none() && !self.rests_in_equilibrium() && self.moves_to_rest()
+    }
+
+    fn moves_to_rest(&self) -> bool {
+        !(self.has_settled() || self.steps() > 0 && self.is_at_rest())
     }
 
     fn rests_in_equilibrium(&self) -> bool {
@@ -89,15 +92,42 @@ impl World {
         self.estimate_eigenvalues(EQUILIBRIUM_PRODUCTS)
     }
 
-    /// Ends settling: scene time is 0 from here. Where the scene asks for an equilibrium the bodies are put there.
+    /// Ends settling: scene time is 0 from here. Where the scene asks for an equilibrium the bodies are put there; where none
+    /// is found they come to rest by motion, as in other scenes, which [`World::alarms`] reports.
     ///
     /// # Errors
-    /// As [`World::rest_in_equilibrium`], and if a motion refuses its damping.
+    /// As [`World::rest_in_equilibrium`] but for that, as [`World::step`], and if a motion refuses its damping.
     pub fn start_scene(&mut self) -> Result<(), WorldError> {
         if self.now.origin.is_none() && self.rests_in_equilibrium() {
-            self.rest_in_equilibrium()?;
+            let found = self.rest_in_equilibrium();
+            found.or_else(|error| self.rest_by_motion(error))?;
         }
         self.start_scene_at(self.time())
+    }
+
+    fn rest_by_motion(&mut self, error: WorldError) -> Result<(), WorldError> {
+        let problem = match &error {
+            WorldError::Body {
+                problem: problem @ BodyProblem::Solve(_),
+                ..
+            } => problem.to_string(),
+            _ => return Err(error),
+        };
+        for Member { body, .. } in &mut self.members {
+            body.elastic.begin_viscous_step(0.0);
+        }
+        self.set_gravity(self.scene.gravity.map(|_| DVec3::ZERO))?;
+        while self.moves_to_rest() {
+            self.step()?;
+        }
+        let end = if self.is_at_rest() {
+            "came"
+        } else {
+            "did not come"
+        };
+        let how = format!(" ({problem}); bodies {end} to rest by motion instead");
+        self.alarm("no equilibrium was found".to_owned(), &how);
+        Ok(())
     }
 
     pub(crate) fn start_scene_at(&mut self, start: f64) -> Result<(), WorldError> {

@@ -230,6 +230,26 @@ fn mean_dilatation_agrees_where_nothing_locks() {
     }
 }
 
+/// A law that gives way under pressure has no equilibrium here: the body comes to rest by motion, and says so.
+#[test]
+fn what_has_no_equilibrium_comes_to_rest_by_motion() {
+    let mut world = world(
+        "model: SaintVenantKirchhoff",
+        "",
+        "integration: (settle: (rest: Equilibrium, limit: 0.5)), gravity: (acceleration: (0, 0, 30)),",
+    );
+    assert!(world.settle().is_ok() && world.scene_time() == Some(0.0));
+    let [alarm] = world.alarms() else {
+        panic!("{:?}", world.alarms());
+    };
+    let parts = [
+        "no equilibrium was found (load steps below",
+        "to rest by motion instead",
+    ];
+    assert!(parts.iter().all(|part| alarm.contains(part)), "{alarm}");
+    assert!(world.steps() > 0 && imbalance(&world) < 0.01);
+}
+
 /// The dissertation's model: 16 nearest nodes both ways, volumes that exceed the body's, and forces
 /// that still sum to nothing.
 #[test]

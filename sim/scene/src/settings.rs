@@ -69,8 +69,8 @@ pub enum Rest {
     /// By damped motion, while gravity grows.
     #[default]
     Motion,
-    /// By a static solution under full gravity, at scene time 0; the other keys of settling have no
-    /// meaning then. Not with tools.
+    /// By a static solution under full gravity, at scene time 0. Not with tools. Where none is found, by motion, with a warning; the
+    /// other keys of settling have a meaning only then.
     Equilibrium,
 }
 
