@@ -12,7 +12,7 @@ use glam::{DMat3, DVec3};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct NewtonSettings {
     /// Stops when the norm of the unbalanced forces is below this fraction of the largest of: loads,
-    /// forces on supports, unbalanced forces at the start.
+    /// forces on supports there, unbalanced forces at the start.
     pub tolerance: f64,
     /// Newton iterations at most.
     pub iterations: usize,
@@ -267,7 +267,8 @@ impl Newton {
         let mut pending = prescribed;
         problem.residual(x, &self.forces, &mut self.residual);
         let mut size = norm(&self.residual);
-        report.scale = size.max(norm(problem.loads));
+        // Not of iterates on the way: after one with a residual of 1e12 N all was good enough.
+        let least = size.max(norm(problem.loads));
         // Positions are known to round-off only, and inertia multiplies that.
         let noise = problem.inertia.map_or(0.0, |(c, masses, _)| {
             let nodes = masses.iter().zip(&*x);
@@ -276,7 +277,7 @@ impl Newton {
         });
         let mut forcing = settings.linear_tolerance;
         loop {
-            report.scale = report.scale.max(size).max(self.held_force(problem));
+            report.scale = least.max(self.held_force(problem));
             report.residuals.push(size);
             report.energy = energy;
             if pending.is_none() && size <= (settings.tolerance * report.scale).max(noise) {
