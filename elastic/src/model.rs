@@ -451,7 +451,7 @@ impl Elastic {
     }
 
     /// Ends the step begun last at the state last evaluated: overstresses relax and take up the
-    /// change of the long-term stress.
+    /// change of the long-term stress without what resists a change of volume alone.
     ///
     /// A node squeezed below a hundredth of its volume keeps the stress it had before.
     pub fn end_viscous_step(&mut self) {
@@ -462,9 +462,9 @@ impl Elastic {
         for node in 0..model.node_count() {
             let f = tables.gradient(node);
             if f.determinant() > 0.01 {
-                let (energy, stress) = model.settled_energy_and_stress(node, f);
-                let settled = (energy, f.inverse() * stress);
-                viscosity.end_step(node, model.material_index(node), f, settled);
+                let (energy, stress) = model.followed(node).energy_and_stress(f);
+                let part = (energy, f.inverse() * stress);
+                viscosity.end_step(node, model.material_index(node), f, part);
             }
         }
     }

@@ -176,9 +176,11 @@ impl Model {
         }
     }
 
-    /// Energy density and stress of the law and fibers alone.
-    pub(crate) fn settled_energy_and_stress(&self, node: usize, f: DMat3) -> (f64, DMat3) {
-        self.law(node).energy_and_stress(f)
+    /// The law's part that viscosity follows: without what resists a change of volume alone.
+    pub(crate) fn followed(&self, node: usize) -> Coefficients {
+        let mut law = *self.law(node);
+        law.split_volumetric();
+        law
     }
 
     /// Energy density and stress of a node at `F`, without mean dilatation: law, fibers, viscosity.
@@ -189,13 +191,15 @@ impl Model {
         node: usize,
         f: DMat3,
     ) -> (f64, DMat3) {
-        let (energy, stress) = self.settled_energy_and_stress(node, f);
-        match viscosity {
-            None => (energy, stress),
-            Some(viscosity) => {
-                viscosity.energy_and_stress(node, self.material_index(node), f, energy, stress)
-            }
+        let (mut energy, mut stress) = self.law(node).energy_and_stress(f);
+        if let Some(viscosity) = viscosity {
+            let part = self.followed(node).energy_and_stress(f);
+            let (more, over) =
+                viscosity.energy_and_stress(node, self.material_index(node), f, part);
+            energy += more;
+            stress += over;
         }
+        (energy, stress)
     }
 
     pub(crate) fn stress_change(
@@ -206,10 +210,10 @@ impl Model {
         df: DMat3,
     ) -> DMat3 {
         let change = self.law(node).stress_change(f, df);
-        match viscosity {
-            None => change,
-            Some(viscosity) => viscosity.stress_change(node, self.material_index(node), df, change),
-        }
+        viscosity.map_or(change, |viscosity| {
+            let part = self.followed(node).stress_change(f, df);
+            change + viscosity.stress_change(node, self.material_index(node), df, part)
+        })
     }
 
     /// The part of a stress that works on what the node's row sees.

@@ -1,6 +1,7 @@
 //! Terms of Prony series.
 
-/// One term of a Prony series: stress beyond that of the long term, `ratio · S`, which fades.
+/// One term of a Prony series: stress beyond that of the long term, `ratio · S`, which fades. `S` is the stress of the law without
+/// what resists a change of volume alone: the bulk stays elastic (Holzapfel 2000, ch. 6.10).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -9,7 +10,7 @@
 )]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct PronyTerm {
-    /// `beta`, stiffness of the term over that of the long term; 0 for no term.
+    /// `beta`, shear stiffness of the term over that of the long term; 0 for no term.
     pub ratio: f64,
     /// `tau`: time (s) in which its stress falls to 1/e.
     #[cfg_attr(feature = "serde", serde(rename = "time"))]

@@ -15,16 +15,18 @@ const _: () = assert!(
 
 /// Overstresses and what a step makes of them.
 ///
-/// With `S(F)` the long-term second Piola–Kirchhoff stress, term k obeys
+/// With `S(F)` the long-term second Piola–Kirchhoff stress without what resists a change of volume alone, term k obeys
 /// `dQ_k/dt + Q_k/tau_k = beta_k dS/dt` (Simo 1987; Holzapfel 2000, ch. 6.10). A step of length dt
 /// from `S_n`, `Q_k,n` gives `Q_k = e_k Q_k,n + beta_k a_k (S(F) - S_n)`, `e_k = exp(-dt/tau_k)`,
-/// `a_k = exp(-dt/(2 tau_k))`. Within the step that is a potential: `P = m P_law(F) + F H` derives
-/// from `m W(F) + H : E`, `m = 1 + sum beta_k a_k`, `H = sum e_k Q_k,n - beta_k a_k S_n`.
+/// `a_k = exp(-dt/(2 tau_k))`. Within the step that is a potential: what the terms add, `(m - 1) P(F) + F H`, derives
+/// from `(m - 1) W(F) + H : E`, `m = 1 + sum beta_k a_k`, `H = sum e_k Q_k,n - beta_k a_k S_n`, with `W` and `P` of that
+/// part of the law. (With `S` of all of it, tissue that had relaxed under a tension of a few shear moduli had `m W + H : E`
+/// without a lower bound: it could be sheared for ever.)
 ///
 /// What term k stores, `Y_k`, obeys `dY_k/dt = Q_k : dE/dt - 2 Y_k/tau_k`; the last term is the loss. A step gives
 /// `Y_k = e_k² Y_k,n + a_k w_k` with the exact work of the term,
 /// `w_k = beta_k a_k (W - W_n) + (e_k Q_k,n - beta_k a_k S_n) : (E - E_n)`. The energy density within a step is
-/// `W_n + sum e_k² Y_k,n + m (W - W_n) + H : (E - E_n)`, between steps `W + sum Y_k`.
+/// that of the law and `sum e_k² Y_k,n + (m - 1) (W - W_n) + H : (E - E_n)`, between steps `sum Y_k`.
 ///
 /// For a law linear in `E`, `Y_k = beta_k/2 x : C : x` with the term's own strain `x = e_k x_n + a_k (E - E_n)`, and
 /// no step gains. Beyond that a term that followed a law which softens could give more than it took: it ends, `Q_k = 0` and
@@ -103,7 +105,7 @@ impl Viscosity {
         }
     }
 
-    /// Ends a step at `F`: `energy` and `stress` are the long-term law's, the second Piola–Kirchhoff stress.
+    /// Ends a step at `F`: `energy` and `stress` are of the law's part, the second Piola–Kirchhoff stress.
     pub(crate) fn end_step(
         &mut self,
         node: usize,
@@ -137,22 +139,23 @@ impl Viscosity {
         (*last, *last_strain, *law) = (now, strain, energy);
     }
 
+    /// What the terms add to the law's energy and stress, from those of its part.
     #[inline]
     pub(crate) fn energy_and_stress(
         &self,
         node: usize,
         material: usize,
         f: DMat3,
-        energy: f64,
-        stress: DMat3,
+        (energy, stress): (f64, DMat3),
     ) -> (f64, DMat3) {
         let held = unpack(&self.held[node]);
-        let factor = self.factors[material];
+        let factor = self.factors[material] - 1.0;
         let work = contract(&self.held[node], &pack(green(f)));
         let energy = energy * factor + work + self.base[node];
         (energy, stress * factor + f * held)
     }
 
+    /// What they add to the change of the stress, from that of its part.
     #[inline]
     pub(crate) fn stress_change(
         &self,
@@ -161,7 +164,7 @@ impl Viscosity {
         df: DMat3,
         change: DMat3,
     ) -> DMat3 {
-        change * self.factors[material] + df * unpack(&self.held[node])
+        change * (self.factors[material] - 1.0) + df * unpack(&self.held[node])
     }
 
     pub(crate) fn history(&self) -> &[[f64; 6]] {
