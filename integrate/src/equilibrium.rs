@@ -102,6 +102,11 @@ pub fn solve_static(
             *moved -= *x;
             driven |= *moved != DVec3::ZERO;
         }
+        let smallest = if reached > 0.0 {
+            SMALLEST_STEP
+        } else {
+            SMALLEST_FIRST_STEP
+        };
         let problem = Problem {
             supports,
             loads: &forces,
@@ -122,14 +127,7 @@ pub fn solve_static(
             Err(error @ SolveError::NotFinite { .. }) if !driven && reached == 0.0 => {
                 return Err(error);
             }
-            Err(error)
-                if size * 0.5
-                    < if reached > 0.0 {
-                        SMALLEST_STEP
-                    } else {
-                        SMALLEST_FIRST_STEP
-                    } =>
-            {
+            Err(error) if size * 0.5 < smallest => {
                 let smallest = size;
                 let stuck = SolveError::LoadStep { smallest, reached };
                 return Err(if reached > 0.0 { stuck } else { error });

@@ -346,7 +346,8 @@ impl Body {
     pub(crate) fn come_to_rest(&mut self, loads: &[DVec3]) -> Result<(), BodyProblem> {
         let supports = self.motion.supports().clone();
         self.elastic.begin_viscous_step(f64::INFINITY);
-        let positions = equilibrium(&mut self.elastic, &self.rest, &supports, loads)?;
+        let found = equilibrium(&mut self.elastic, &self.rest, &supports, loads);
+        let positions = found.inspect_err(|_| self.elastic.begin_viscous_step(0.0))?;
         self.elastic
             .forces_into(&positions, &mut vec![DVec3::ZERO; positions.len()]);
         self.elastic.end_viscous_step();

@@ -106,26 +106,18 @@ impl World {
     }
 
     fn rest_by_motion(&mut self, error: WorldError) -> Result<(), WorldError> {
-        let problem = match &error {
-            WorldError::Body {
-                problem: problem @ BodyProblem::Solve(_),
-                ..
-            } => problem.to_string(),
-            _ => return Err(error),
+        let WorldError::Body {
+            problem: BodyProblem::Solve(problem),
+            ..
+        } = &error
+        else {
+            return Err(error);
         };
-        for Member { body, .. } in &mut self.members {
-            body.elastic.begin_viscous_step(0.0);
-        }
         self.set_gravity(self.scene.gravity.map(|_| DVec3::ZERO))?;
         while self.moves_to_rest() {
             self.step()?;
         }
-        let end = if self.is_at_rest() {
-            "came"
-        } else {
-            "did not come"
-        };
-        let how = format!(" ({problem}); bodies {end} to rest by motion instead");
+        let how = format!(" ({problem}); bodies come to rest by motion instead");
         self.alarm("no equilibrium was found".to_owned(), &how);
         Ok(())
     }

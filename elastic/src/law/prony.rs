@@ -1,7 +1,7 @@
 //! Terms of Prony series.
 
 /// One term of a Prony series: stress beyond that of the long term, `ratio · S`, which fades. `S` is the stress of the law without
-/// what resists a change of volume alone: the bulk stays elastic (Holzapfel 2000, ch. 6.10).
+/// what resists a change of volume alone: the bulk stays elastic (Holzapfel 2000, ch. 6.10), but for Saint Venant–Kirchhoff's law, which has no such part.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(
     feature = "serde",

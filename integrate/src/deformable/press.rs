@@ -20,7 +20,8 @@ const LARGEST_OFFSET: f64 = 0.25;
 const LEAST: f64 = 0.5 * std::f64::consts::PI * REACH * REACH / 3.0;
 
 /// Area of a disk, over that at rest, at which it presses and is pressed no longer, and up to which it does so in full: feet
-/// on a disk that collapses run away as the inverse of the square of its area.
+/// on a disk that collapses run away as the inverse of the square of its area. Without, a crumpled mesh in contact (`random --all`,
+/// seed 93, scene 083) kept 14 % of its energy; with it all but 0.02 %.
 const COLLAPSED: f64 = 0.1;
 const WHOLE: f64 = 0.3;
 
