@@ -252,7 +252,7 @@ impl Octree {
         }
         let (center, size) = self.place(c);
         let reach = 0.5 * size.length();
-        let size = size.max_element();
+        let size = size.element_sum() / 3.0;
         // Nothing asks for less than what is asked for at the surface.
         if size <= grading.size_at(center, reach, cell, 0.0) * (1.0 + SLACK) {
             return Ok(false);
