@@ -212,6 +212,14 @@ impl Contact {
         &self.active
     }
 
+    /// Nodes that carry points in contact at the last evaluation, once for each.
+    pub(crate) fn touched(&self) -> impl Iterator<Item = u32> + '_ {
+        self.active.iter().flat_map(|active| {
+            let members = self.surface.group_members(active.group).iter();
+            members.map(|member| self.surface.members[*member as usize])
+        })
+    }
+
     /// Adds the contact's normal forces (N) on nodes at `positions` (m) to `forces`.
     ///
     /// # Panics

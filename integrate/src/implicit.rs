@@ -345,12 +345,13 @@ impl Implicit {
             let report = self
                 .newton
                 .solve(&mut pressed, &problem, &mut x, moved, settings);
-            let touched = pressed.tool_forces.iter().any(|sum| sum.energy > 0.0);
             (self.middle, self.internal) = (own.middle, own.forces);
             let report = report?;
-            if !touched {
-                self.balance(motion, c, &mut x);
-            }
+            let touched: Vec<u32> = tools
+                .iter()
+                .flat_map(|tool| tool.contact.touched())
+                .collect();
+            self.balance(motion, c, &touched, &mut x);
             all.linear_iterations += report.linear_iterations;
             all.evaluations += report.evaluations + 1;
             all.residuals.extend(report.residuals);
@@ -441,11 +442,14 @@ impl Implicit {
     }
 
     /// Takes the net force and torque that Newton left on each piece named free by the piece's rigid motion, which strains
-    /// nothing: linear momentum is kept to round-off, angular momentum to first order in the step's motion. Not done while a
-    /// tool presses.
-    fn balance(&self, motion: &Motion, c: f64, x: &mut [DVec3]) {
+    /// nothing: linear momentum is kept to round-off, angular momentum to first order in the step's motion. Not done to
+    /// pieces with a node that is touched.
+    fn balance(&self, motion: &Motion, c: f64, touched: &[u32], x: &mut [DVec3]) {
         let (masses, left) = (&motion.nodes.masses, self.newton.residual());
         for (_, nodes) in &motion.pieces.free {
+            if touched.iter().any(|node| nodes.binary_search(node).is_ok()) {
+                continue;
+            }
             let rigid = RigidField::with_moments_of(all(nodes), masses, x, |i| left[i]);
             for i in all(nodes) {
                 x[i] += rigid.at(x[i]) / c;
