@@ -14,6 +14,8 @@ use crate::row::Row;
 
 /// Bounds of the generator: nodes, E (Pa), ν, gravity (m/s²), speed of a blade (m/s).
 const NODES: [f64; 2] = [400.0, 2000.0];
+/// Nodes of scenes that may say all: contact and viscosity take several times as long as elasticity.
+const NODES_OF_ALL: [f64; 2] = [400.0, 1200.0];
 const MODULUS: [f64; 2] = [500.0, 1e6];
 const RATIO: [f64; 2] = [0.3, 0.49];
 const GRAVITY: [f64; 2] = [0.0, 20.0];
@@ -76,7 +78,7 @@ fn scene(random: &mut Random, all: bool) -> Result<Scene, StudyError> {
     } else {
         liver(random)
     };
-    let nodes = between_log(random, NODES) as u32;
+    let nodes = between_log(random, if all { NODES_OF_ALL } else { NODES }) as u32;
     body.sampling.target = match body.shape {
         // Not every number has a lattice. A body-centred one, with its faces, has some 2.1 nodes for each cube of a spacing.
         Shape::Box { size } if all => {
