@@ -9,8 +9,9 @@ use rayon::prelude::*;
 /// neighbours in the tissue and never in contact.
 const NEIGHBORS: f64 = 3.0;
 
-/// Cells along an axis at most.
-const MOST_CELLS: f64 = 64.0;
+/// Cells along an axis at most; those this many apart are one. Samples are tested one by one anyway, and a piece that has
+/// fallen far leaves the cells of the others as small as they were.
+const MOST_CELLS: usize = 64;
 
 /// Samples of a piece since pairs were listed.
 #[derive(Clone)]
@@ -60,7 +61,7 @@ impl Part {
 #[allow(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
-    reason = "from 0 to MOST_CELLS"
+    reason = "from 0 to 1e9"
 )]
 pub(super) fn candidates(
     points: &[DVec3],
@@ -82,12 +83,13 @@ pub(super) fn candidates(
         return (found, lists);
     }
     let side = far
-        .max((high - low).max_element() / MOST_CELLS)
+        .max((high - low).max_element() * 1e-9)
         .max(f64::MIN_POSITIVE);
     let cell = |x: DVec3| ((x - low) / side).floor().to_array().map(|c| c as usize);
-    let [nx, ny, nz] = cell(high).map(|last| last + 1);
+    // With an empty one between the last and the first, and three that differ around each.
+    let [nx, ny, nz] = cell(high).map(|last| (last + 2).clamp(3, MOST_CELLS));
     let mut starts = vec![0_usize; nx * ny * nz + 1];
-    let number = |[i, j, k]: [usize; 3]| (k * ny + j) * nx + i;
+    let number = |[i, j, k]: [usize; 3]| ((k % nz) * ny + j % ny) * nx + i % nx;
     for (_, x) in all() {
         starts[number(cell(*x)) + 1] += 1;
     }
@@ -101,7 +103,7 @@ pub(super) fn candidates(
         *at += 1;
     }
     let (starts, members) = (&starts, &members);
-    let around = |c: usize, n: usize| c.saturating_sub(1)..=(c + 1).min(n - 1);
+    let around = |c: usize, n: usize| [c + n - 1, c, c + 1];
     // Appends what a point meets; how many.
     let meet = |met: &mut Vec<u32>, point: u32, x: DVec3| {
         let ([i, j, k], begin) = (cell(x), met.len());

@@ -1,8 +1,10 @@
 use super::super::tests::sheets;
 use super::super::{ContactDisks, DeformableContact, DeformableSettings};
+use super::candidates;
 use crate::DiskSample;
 use glam::DVec3;
-use testkit::cloud::Random;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use testkit::cloud::{Random, uniform};
 
 /// An uncut surface and a flank near it at rest, however thin the tissue between them, are never in contact; two flanks are, and
 /// two uncut sides of a slit that have no node in common.
@@ -41,6 +43,41 @@ fn feather_edges_touch_nothing() {
     assert_eq!(pair([false, true], 0.01, 0), 0, "a feather edge");
     assert_eq!(pair([false, false], 0.5, 9), 2, "a slit that the body has");
     assert_eq!(pair([false, false], 0.5, 0), 0, "one finer than the nodes");
+}
+
+/// Cells find what trying all finds, and ask about as few where a piece has fallen far.
+#[test]
+fn cells_find_all_and_a_fallen_piece_costs_nothing() {
+    let here = uniform(1000, 1.0, 3);
+    let mut asked = Vec::new();
+    for fall in [0.0, 3.0, 1e4, 1e8] {
+        let fallen = |(n, x): (usize, &DVec3)| *x - DVec3::Z * if n < 300 { fall } else { 0.0 };
+        let points: Vec<DVec3> = here.iter().enumerate().map(fallen).collect();
+        let open: Vec<bool> = (0..points.len()).map(|n| n % 7 != 0).collect();
+        let meets = |a: u32, b: u32| points[a as usize].distance(points[b as usize]) < 0.3;
+        let count = AtomicUsize::new(0);
+        let (found, lists) = candidates(&points, &open, 0.3, |a, b| {
+            count.fetch_add(1, Ordering::Relaxed);
+            meets(a, b)
+        });
+        let all = (0_u32..).zip(&open).filter(|(_, open)| **open);
+        let all: Vec<u32> = all.map(|(point, _)| point).collect();
+        let mut found = found.into_iter().peekable();
+        for &a in &all {
+            let others: Vec<u32> = (all.iter().copied())
+                .filter(|&b| a != b && meets(a, b))
+                .collect();
+            let range = found.next_if(|(point, _)| *point == a);
+            let listed = range.map_or(&[][..], |(_, [from, to])| {
+                &lists[from as usize..to as usize]
+            });
+            assert_eq!(listed, others, "of {a}, fallen by {fall}");
+        }
+        assert!(found.next().is_none());
+        asked.push(count.into_inner());
+    }
+    let first = asked[0];
+    assert!(asked.iter().all(|asked| *asked < 2 * first), "{asked:?}");
 }
 
 /// A piece that goes off alone is not listed anew until it comes back, and then all pairs are there.
