@@ -30,7 +30,8 @@ const ALL: &str = "all";
 enum Verdict {
     /// The embedded bodies over node counts, stiffnesses and cuts.
     Matrix(Batch),
-    /// Scenes of a seeded generator: block and liver, any stiffness and gravity, three random strokes.
+    /// Scenes of a seeded generator: block and liver, any stiffness and gravity, three random strokes
+    /// (one where steps are implicit).
     Random {
         /// All that scenes can say: shapes, meshes of `PHYXEL_MESHES`, laws, samplings, moving supports, tools, contact,
         /// schemes.

@@ -14,12 +14,12 @@ use crate::row::Row;
 
 /// Bounds of the generator: nodes, E (Pa), ν, gravity (m/s²), speed of a blade (m/s).
 const NODES: [f64; 2] = [400.0, 2000.0];
-/// Nodes of scenes that may say all: contact and viscosity take several times as long as elasticity.
-const NODES_OF_ALL: [f64; 2] = [400.0, 1200.0];
 const MODULUS: [f64; 2] = [500.0, 1e6];
 const RATIO: [f64; 2] = [0.3, 0.49];
 const GRAVITY: [f64; 2] = [0.0, 20.0];
 const SPEED: [f64; 2] = [0.1, 1.0];
+/// Nodes of scenes that may say all: contact and viscosity take several times as long as elasticity.
+const NODES_OF_ALL: [f64; 2] = [400.0, 1200.0];
 /// Largest turn (degrees) of a blade from its first key to its last.
 const TURN: f64 = 60.0;
 /// Strokes of a scene.
@@ -103,6 +103,10 @@ fn scene(random: &mut Random, all: bool) -> Result<Scene, StudyError> {
     scene.integration.duration = time + 0.3;
     if all {
         combined::combine(random, half, &mut scene);
+        let sampling = &mut scene.bodies[0].sampling;
+        if sampling.coarsest >= 2.0 || !sampling.refine.is_empty() {
+            sampling.target = Target::Nodes(nodes);
+        }
     }
     Ok(scene)
 }
