@@ -31,7 +31,7 @@ pub fn cases() -> Result<Vec<Case>, StudyError> {
         let mut alike = base.clone();
         alike.name = String::new();
         alike.description = String::new();
-        if base.cuts.is_empty() || known.contains(&alike) {
+        if base.cuts.is_empty() || base.contact.is_some() || known.contains(&alike) {
             continue;
         }
         known.push(alike);

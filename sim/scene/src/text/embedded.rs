@@ -11,6 +11,17 @@ pub struct Embedded {
     pub text: &'static str,
 }
 
+/// The scene of a file.
+macro_rules! scene {
+    ($name:literal, $summary:literal) => {
+        Embedded {
+            name: $name,
+            summary: $summary,
+            text: include_str!(concat!("../../scenes/", $name, ".ron")),
+        }
+    };
+}
+
 /// A body of the dissertation's chapter 6 in one of two models: one template, its parts put together.
 macro_rules! chapter6 {
     ($name:literal, $summary:literal, $body:literal, $model:literal) => {
@@ -34,31 +45,30 @@ macro_rules! chapter6 {
 
 /// Every embedded scene; the first is the one that runs when nothing is named.
 pub const EMBEDDED: &[Embedded] = &[
-    Embedded {
-        name: "liver",
-        summary: "a liver sags from its back, is cut in its right lobe and loses the tip of its left",
-        text: include_str!("../../scenes/liver.ron"),
-    },
-    Embedded {
-        name: "block",
-        summary: "a hanging block is cut half through from one side, then from the other",
-        text: include_str!("../../scenes/block.ron"),
-    },
-    Embedded {
-        name: "press",
-        summary: "a probe presses a liver from the front, slides along it and lets go",
-        text: include_str!("../../scenes/press.ron"),
-    },
-    Embedded {
-        name: "stack",
-        summary: "two soft pads fall onto a tray, one onto the other, and stay there",
-        text: include_str!("../../scenes/stack.ron"),
-    },
-    Embedded {
-        name: "minimal",
-        summary: "the least that shows something: a beam bends by its weight; start your own from it",
-        text: include_str!("../../scenes/minimal.ron"),
-    },
+    scene!(
+        "liver",
+        "a liver sags from its back, is cut in its right lobe and loses the tip of its left"
+    ),
+    scene!(
+        "block",
+        "a hanging block is cut half through from one side, then from the other"
+    ),
+    scene!(
+        "press",
+        "a probe presses a liver from the front, slides along it and lets go"
+    ),
+    scene!(
+        "stack",
+        "two soft pads fall onto a tray, one onto the other, and stay there"
+    ),
+    scene!(
+        "wound",
+        "a block is cut through; its wound is pressed shut, slides and is pulled open"
+    ),
+    scene!(
+        "minimal",
+        "the least that shows something: a beam bends by its weight; start your own from it"
+    ),
     chapter6!(
         "block-1408",
         "the dissertation's block of 8 x 8 x 22 nodes hangs, is cut once and cut through",
