@@ -51,8 +51,6 @@ const EIGENVALUE_TOLERANCE: f64 = 1e-4;
 pub struct DeformableSettings {
     /// Pressure over penetration, in units of the softer body's Young's modulus over its spacing.
     pub penalty: f64,
-    /// Coulomb's coefficient of friction, 0 for none.
-    pub friction: f64,
     /// Rate (1/s) at which the offset learns the mean gap. It follows a gap that swings with a lag and so feeds the
     /// swing, whose energy grows by less than this rate where nothing damps it. 0 learns nothing.
     pub learning: f64,
@@ -62,11 +60,10 @@ pub struct DeformableSettings {
 }
 
 impl Default for DeformableSettings {
-    /// Penalty 2, no friction, and neither learning nor drag.
+    /// Penalty 2, and neither learning nor drag.
     fn default() -> Self {
         Self {
             penalty: 2.0,
-            friction: 0.0,
             learning: 0.0,
             drag: 0.0,
         }
@@ -133,8 +130,10 @@ pub struct Moved<'a> {
 pub struct DeformableContact {
     disks: ContactDisks,
     settings: DeformableSettings,
-    /// Whether bodies may touch: `body · count + other`.
-    allowed: Vec<bool>,
+    /// Friction of bodies that may touch: `body · count + other`.
+    frictions: Vec<Option<f64>>,
+    /// Whether any rub.
+    rubs: bool,
     state: DeformableState,
     /// Room (spacings) of the lists.
     margin: f64,
@@ -159,35 +158,41 @@ pub struct DeformableContact {
 }
 
 impl DeformableContact {
-    /// Contact between those bodies for which `allowed(a, b)` holds, a body with itself included.
+    /// Contact between those bodies that have a coefficient of friction, a body with itself included.
+    ///
+    /// # Arguments
+    /// * `friction` -- Coulomb's coefficient of a pair of bodies, the lower number first; 0 for none, `None` if they do not
+    ///   touch.
     ///
     /// # Panics
-    /// If a setting is negative or not finite, or the penalty 0.
+    /// If a setting or coefficient is negative or not finite, or the penalty 0.
     #[must_use]
     pub fn new(
         disks: ContactDisks,
         settings: DeformableSettings,
         bodies: u32,
-        allowed: impl Fn(u32, u32) -> bool,
+        friction: impl Fn(u32, u32) -> Option<f64>,
     ) -> Self {
         let DeformableSettings {
             penalty,
-            friction,
             learning,
             drag,
         } = settings;
-        let sound = [penalty, friction, learning, drag]
-            .iter()
+        let pairs = (0..bodies).flat_map(|a| (0..bodies).map(move |b| (a, b)));
+        let frictions: Vec<Option<f64>> =
+            pairs.map(|(a, b)| friction(a.min(b), a.max(b))).collect();
+        let sound = (frictions.iter().flatten())
+            .chain(&[penalty, learning, drag])
             .all(|x| x.is_finite() && *x >= 0.0);
         assert!(
             sound && penalty > 0.0,
             "finite settings, none negative, a positive penalty"
         );
-        let pairs = (0..bodies).flat_map(|a| (0..bodies).map(move |b| (a, b)));
         let mut contact = Self {
             disks: ContactDisks::default(),
             settings,
-            allowed: pairs.map(|(a, b)| allowed(a.min(b), a.max(b))).collect(),
+            rubs: frictions.iter().flatten().any(|friction| *friction > 0.0),
+            frictions,
             state: DeformableState::default(),
             margin: MARGIN,
             places: Vec::new(),
@@ -235,7 +240,7 @@ impl DeformableContact {
     #[must_use]
     pub fn fits(&self, state: &DeformableState, node_count: usize) -> bool {
         let n = self.disks.len();
-        let slips = if self.settings.friction > 0.0 { n } else { 0 };
+        let slips = if self.rubs { n } else { 0 };
         let sums = [
             state.energy,
             state.dissipated,
@@ -269,7 +274,7 @@ impl DeformableContact {
     /// # Panics
     /// If there are fewer samples than before, or of more bodies than there are.
     pub fn set_disks(&mut self, disks: ContactDisks, positions: &[DVec3]) {
-        let bodies = self.allowed.len().isqrt();
+        let bodies = self.frictions.len().isqrt();
         let known = |sample: &disks::DiskSample| (sample.body as usize) < bodies;
         assert!(disks.samples.iter().all(known), "{bodies} bodies");
         assert!(
@@ -277,7 +282,7 @@ impl DeformableContact {
             "no sample vanishes"
         );
         self.state.offsets.resize(disks.len(), f64::NAN);
-        if self.settings.friction > 0.0 {
+        if self.rubs {
             self.state.slips.resize(disks.len(), [0.0; 2]);
         }
         let amplifications = (0..disks.len()).map(|p| disks.amplification(p));
@@ -286,6 +291,12 @@ impl DeformableContact {
         if !std::mem::take(&mut self.state.listed_at).is_empty() {
             self.keep_energies(positions);
         }
+    }
+
+    /// Coefficient of friction of two samples.
+    fn friction(&self, a: u32, b: u32) -> f64 {
+        let body = |sample: u32| self.disks.samples[sample as usize].body as usize;
+        self.frictions[body(a) * self.frictions.len().isqrt() + body(b)].unwrap_or(0.0)
     }
 
     /// How often lists of pairs were made.
@@ -441,9 +452,8 @@ impl DeformableContact {
             .map(place)
             .collect();
         self.update_close(positions, &placed);
-        let rubs = self.settings.friction > 0.0;
         let motion = |&sample: &u32| self.disks.gather(sample as usize, moved.by);
-        let motions: Vec<_> = if rubs || self.settings.drag > 0.0 {
+        let motions: Vec<_> = if self.rubs || self.settings.drag > 0.0 {
             self.near
                 .par_iter()
                 .with_min_len(CHUNK)
@@ -508,7 +518,7 @@ impl DeformableContact {
                 loads[pressed.slot as usize].0 += pressed.force;
                 let point = pressed.point as usize;
                 state.offsets[point] = pressed.offset;
-                if rubs {
+                if self.rubs {
                     state.slips[point] = pressed.slip;
                 }
                 state.energy += pressed.energy + pressed.offset_work;

@@ -347,10 +347,12 @@ impl Implicit {
                 .solve(&mut pressed, &problem, &mut x, moved, settings);
             (self.middle, self.internal) = (own.middle, own.forces);
             let report = report?;
-            let touched: Vec<u32> = tools
-                .iter()
-                .flat_map(|tool| tool.contact.touched())
-                .collect();
+            let mut touched = vec![false; motion.pieces.count];
+            for node in tools.iter().flat_map(|tool| tool.contact.touched()) {
+                if let Some(piece) = motion.pieces.of_node.get(node as usize) {
+                    touched[*piece as usize] = true;
+                }
+            }
             self.balance(motion, c, &touched, &mut x);
             all.linear_iterations += report.linear_iterations;
             all.evaluations += report.evaluations + 1;
@@ -443,13 +445,11 @@ impl Implicit {
 
     /// Takes the net force and torque that Newton left on each piece named free by the piece's rigid motion, which strains
     /// nothing: linear momentum is kept to round-off, angular momentum to first order in the step's motion. Not done to
-    /// pieces with a node that is touched.
-    fn balance(&self, motion: &Motion, c: f64, touched: &[u32], x: &mut [DVec3]) {
+    /// pieces that are touched.
+    fn balance(&self, motion: &Motion, c: f64, touched: &[bool], x: &mut [DVec3]) {
         let (masses, left) = (&motion.nodes.masses, self.newton.residual());
-        for (_, nodes) in &motion.pieces.free {
-            if touched.iter().any(|node| nodes.binary_search(node).is_ok()) {
-                continue;
-            }
+        let free = motion.pieces.free.iter();
+        for (_, nodes) in free.filter(|(piece, _)| !touched[*piece as usize]) {
             let rigid = RigidField::with_moments_of(all(nodes), masses, x, |i| left[i]);
             for i in all(nodes) {
                 x[i] += rigid.at(x[i]) / c;

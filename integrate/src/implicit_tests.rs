@@ -238,6 +238,12 @@ fn a_free_piece_keeps_its_momentum_at_any_tolerance() {
             let off = (momentum(&motion) - before).length();
             assert!(off < 1e-11 * before.length(), "{scheme:?}: {off}");
         }
+        // What Newton left is taken from the piece that nothing touches alone.
+        let x = motion.positions().to_vec();
+        let mut balanced = x.clone();
+        solver.balance(&motion, 1.0, &[false, true], &mut balanced);
+        assert_ne!(x[..5], balanced[..5], "{scheme:?}");
+        assert_eq!(x[5..], balanced[5..], "{scheme:?}");
     }
 }
 

@@ -12,7 +12,7 @@ use phyxel_splat::{BindSettings, CAPSULE, Tissue, TissueSettings};
 
 use crate::Member;
 use crate::error::{BodyProblem, WorldError};
-use crate::scene::{self, Between, Scene};
+use crate::scene::Scene;
 
 /// Samples per squared spacing of nodes.
 const DENSITY: f64 = 4.0;
@@ -69,18 +69,14 @@ impl DeformableBodies {
             rest.extend_from_slice(&body.rest);
             masses.extend_from_slice(&body.masses);
         }
-        let settings = DeformableSettings {
-            friction: contact.friction,
-            ..DeformableSettings::default()
-        };
         let name = |body: u32| scene.bodies[body as usize].name.as_str();
-        let allowed = |a: u32, b: u32| touch(contact, name(a), name(b));
+        let friction = |a: u32, b: u32| contact.friction_of(name(a), name(b));
         let mut all = Self {
             contact: DeformableContact::new(
                 ContactDisks::default(),
-                settings,
+                DeformableSettings::default(),
                 index(members.len()),
-                allowed,
+                friction,
             ),
             samples: vec![Vec::new(); members.len()],
             tissues,
@@ -333,16 +329,6 @@ fn outside_of(member: &Member) -> HashMap<u32, Vec<[u32; 3]>> {
         }
     }
     outside
-}
-
-/// Whether two bodies touch.
-fn touch(contact: &scene::BodyContact, a: &str, b: &str) -> bool {
-    match &contact.between {
-        Between::All => true,
-        Between::Pairs(pairs) => pairs
-            .iter()
-            .any(|(first, second)| [(a, b), (b, a)].contains(&(first.as_str(), second.as_str()))),
-    }
 }
 
 fn index(count: usize) -> u32 {

@@ -86,7 +86,7 @@ pub(super) fn candidates(
         .max((high - low).max_element() * 1e-9)
         .max(f64::MIN_POSITIVE);
     let cell = |x: DVec3| ((x - low) / side).floor().to_array().map(|c| c as usize);
-    // With an empty one between the last and the first, and three that differ around each.
+    // With an empty one between the last and the first if there is room, and three that differ around each.
     let [nx, ny, nz] = cell(high).map(|last| (last + 2).clamp(3, MOST_CELLS));
     let mut starts = vec![0_usize; nx * ny * nz + 1];
     let number = |[i, j, k]: [usize; 3]| ((k % nz) * ny + j % ny) * nx + i % nx;
@@ -255,7 +255,7 @@ impl DeformableContact {
         self.places
             .extend(all.map(|s| self.disks.gather(s, positions).0));
         let (places, samples) = (&self.places, &self.disks.samples);
-        let bodies = self.allowed.len().isqrt();
+        let bodies = self.frictions.len().isqrt();
         let fars: Vec<f64> = self.fars().collect();
         let far = fars.iter().copied().fold(0.0, f64::max);
         let mut boxes = vec![(DVec3::INFINITY, DVec3::NEG_INFINITY); bodies];
@@ -263,7 +263,7 @@ impl DeformableContact {
             let (low, high) = &mut boxes[sample.body as usize];
             (*low, *high) = (low.min(*place), high.max(*place));
         }
-        let allowed = |a: u32, b: u32| self.allowed[a as usize * bodies + b as usize];
+        let allowed = |a: u32, b: u32| self.frictions[a as usize * bodies + b as usize].is_some();
         // Samples that lie near to another body, or touch their own.
         let is_open = |(sample, place): (&DiskSample, &DVec3)| {
             let mut others = (0_u32..).zip(&boxes);

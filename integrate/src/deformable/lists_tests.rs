@@ -35,7 +35,7 @@ fn feather_edges_touch_nothing() {
             );
         }
         let settings = DeformableSettings::default();
-        let mut contact = DeformableContact::new(disks, settings, 1, |_, _| true);
+        let mut contact = DeformableContact::new(disks, settings, 1, |_, _| Some(0.0));
         contact.update_lists(&rest, &[]);
         contact.listed_pairs()
     };

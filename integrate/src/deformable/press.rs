@@ -67,6 +67,8 @@ pub(super) struct Pair {
     /// By how much the point's disk and the other are whole, with its derivatives by their areas.
     pub(super) whole: (f64, [f64; 2]),
     pub(super) phi: f64,
+    /// Coefficient of friction.
+    pub(super) friction: f64,
 }
 
 /// A smooth step from 0 at `none` to 1 at `full`, and its derivative.
@@ -83,6 +85,36 @@ fn turning(disk: &Placed, force: DVec3, spread: f64) -> [DVec3; 2] {
     let bent = (force - disk.n * force.dot(disk.n)) / disk.area.max(f64::MIN_POSITIVE);
     let bent = bent + disk.n * spread;
     [b.cross(bent), bent.cross(a)]
+}
+
+/// How the pairs of a point share friction: by their weights times their coefficients.
+#[derive(Clone, Copy)]
+struct Rubbing {
+    /// Largest coefficient.
+    most: f64,
+    /// Sum of weights times coefficients over it.
+    sum: f64,
+}
+
+impl Rubbing {
+    fn of(pairs: &[Pair]) -> Self {
+        let most = pairs.iter().map(|pair| pair.friction).fold(0.0, f64::max);
+        let of = |pair: &Pair| pair.friction / most * pair.phi;
+        let sum = if most > 0.0 {
+            pairs.iter().map(of).sum()
+        } else {
+            1.0
+        };
+        Self { most, sum }
+    }
+
+    fn share(self, pair: &Pair) -> f64 {
+        if self.most > 0.0 {
+            pair.friction / self.most * pair.phi / self.sum
+        } else {
+            0.0
+        }
+    }
 }
 
 /// What weights of pairs are divided by.
@@ -109,29 +141,37 @@ impl DeformableContact {
         let p = &placed[self.slots[point as usize] as usize];
         let at = &self.disks.samples[point as usize];
         let thickness = self.disks.thickness[point as usize];
+        let [own, own_slope] = smooth_step(p.area, COLLAPSED, WHOLE);
         for &other in list {
             let slot = self.slots[other as usize];
             let (q, on) = (&placed[slot as usize], &self.disks.samples[other as usize]);
-            let faces = smooth_step(p.n.dot(q.n), FACING, FACING_IN_FULL);
+            let cosine = p.n.dot(q.n);
             let arm = p.x - q.x;
             let raw = q.n.dot(arm);
             let gap = raw - thickness - self.disks.thickness[other as usize];
             let spacing = at.spacing.min(on.spacing);
-            let [out, slope_out] = smooth_step(gap / spacing, near, near - FADE);
-            let [deep, slope_deep] = smooth_step(gap / spacing, -DEEPEST, SINKING - DEEPEST);
-            if out == 0.0 || deep == 0.0 || faces[0] == 0.0 {
+            let depth = gap / spacing;
+            // Where a smooth step begins.
+            if cosine >= FACING || depth >= near || depth <= -DEEPEST {
                 continue;
             }
-            let [own, own_slope] = smooth_step(p.area, COLLAPSED, WHOLE);
-            let [opposite, slope] = smooth_step(q.area, COLLAPSED, WHOLE);
-            let whole = (own * opposite, [own_slope * opposite, own * slope]);
-            let close = [out * deep, (slope_out * deep + out * slope_deep) / spacing];
             let xi = q.solve([q.t[0].dot(arm), q.t[1].dot(arm)]);
             let reach = self.disks.reach[other as usize];
             let inside = 1.0 - (xi[0] * xi[0] + xi[1] * xi[1]) / (reach * reach);
+            let [opposite, slope] = smooth_step(q.area, COLLAPSED, WHOLE);
+            let whole = (own * opposite, [own_slope * opposite, own * slope]);
             if inside > 0.0 && whole.0 > 0.0 {
+                let faces = smooth_step(cosine, FACING, FACING_IN_FULL);
+                let [out, slope_out] = smooth_step(depth, near, near - FADE);
+                let [deep, slope_deep] = smooth_step(depth, -DEEPEST, SINKING - DEEPEST);
+                let close = [out * deep, (slope_out * deep + out * slope_deep) / spacing];
                 let phi = inside * inside * faces[0] * close[0] * whole.0;
                 let stiffness = self.stiffness(point, other);
+                let friction = if self.rubs {
+                    self.friction(point, other)
+                } else {
+                    0.0
+                };
                 pairs.push(Pair {
                     slot,
                     stiffness,
@@ -143,6 +183,7 @@ impl DeformableContact {
                     close,
                     whole,
                     phi,
+                    friction,
                 });
             }
         }
@@ -162,11 +203,25 @@ impl DeformableContact {
     /// Energy (J) and normal force (N) of the springs of a point with an offset (m). Half, as the other side has points,
     /// too.
     pub(super) fn springs(&self, point: usize, pairs: &[Pair], offset: f64) -> [f64; 2] {
+        self.weighted_springs(point, pairs, offset, |_| 1.0)
+    }
+
+    /// The same with a weight of each pair's force.
+    fn weighted_springs(
+        &self,
+        point: usize,
+        pairs: &[Pair],
+        offset: f64,
+        weight: impl Fn(&Pair) -> f64,
+    ) -> [f64; 2] {
         let half = 0.5 * self.disks.samples[point].area / norm(pairs);
         pairs.iter().fold([0.0; 2], |[energy, force], pair| {
             let depth = (offset - pair.gap).max(0.0);
             let tension = half * pair.phi * pair.stiffness * depth;
-            [energy + 0.5 * tension * depth, force + tension]
+            [
+                energy + 0.5 * tension * depth,
+                force + tension * weight(pair),
+            ]
         })
     }
 
@@ -221,10 +276,11 @@ impl DeformableContact {
             .map(|pair| spring(pair) * pair.phi)
             .sum::<f64>()
             / norm;
+        let rubbing = Rubbing::of(pairs);
         let (traction, held) = self.rub(
             &mut pressed,
-            (normal, stiffness, sum),
-            pairs,
+            (normal, stiffness, offset),
+            (pairs, rubbing),
             (placed, motions),
         );
         let mut normals = DVec3::ZERO;
@@ -261,7 +317,7 @@ impl DeformableContact {
                     chunk.touches.push(Touch { slot, load });
                 }
             }
-            let tangential = pair.phi / sum;
+            let tangential = rubbing.share(pair);
             let along = [0, 1].map(|k| slope * pair.xi[k] + tangential * traction.dot(q.t[k]));
             let pressure = spring(pair) * share * deep;
             let normal_force = pressure + fade;
@@ -339,13 +395,15 @@ impl DeformableContact {
     fn rub(
         &self,
         pressed: &mut Pressed,
-        (normal, stiffness, sum): (f64, f64, f64),
-        pairs: &[Pair],
+        (normal, stiffness, offset): (f64, f64, f64),
+        (pairs, rubbing): (&[Pair], Rubbing),
         (placed, motions): (&[Placed], &[(DVec3, [DVec3; 2])]),
     ) -> (DVec3, f64) {
-        if self.settings.friction == 0.0 || normal <= 0.0 {
+        if rubbing.most == 0.0 || normal <= 0.0 {
             return (DVec3::ZERO, 0.0);
         }
+        let weight = |pair: &Pair| pair.friction / rubbing.most;
+        let [_, rubbed] = self.weighted_springs(pressed.point as usize, pairs, offset, weight);
         let (p, (moves, _)) = (
             &placed[pressed.slot as usize],
             motions[pressed.slot as usize],
@@ -356,7 +414,7 @@ impl DeformableContact {
             let along = moves - dx - dt[0] * pair.xi[0] - dt[1] * pair.xi[1];
             let rate = [0, 1].map(|k| q.t[k].dot(along) + pair.raw * dt[k].dot(q.n));
             let [a, b] = q.solve(rate);
-            moved += (q.t[0] * a + q.t[1] * b) * (pair.phi / sum);
+            moved += (q.t[0] * a + q.t[1] * b) * rubbing.share(pair);
         }
         let first = p.t[0].normalize_or_zero();
         let second = p.n.cross(first);
@@ -364,13 +422,18 @@ impl DeformableContact {
         let before = self.state.slips[pressed.point as usize].map(|x| x / root);
         let slip = [before[0] + first.dot(moved), before[1] + second.dot(moved)];
         let length = slip[0].hypot(slip[1]);
-        let limit = self.settings.friction * normal;
+        let limit = rubbing.most * rubbed;
         let held = (limit / stiffness).min(length);
         let share = if length > 0.0 { held / length } else { 0.0 };
         pressed.slip = slip.map(|x| x * share * root);
         pressed.energy += energy_of(pressed.slip);
         pressed.dissipated = limit * (length - held);
         let spring = (first * pressed.slip[0] + second * pressed.slip[1]) * -root;
-        (spring, normal - stiffness * held / self.settings.friction)
+        let used = if rubbed > 0.0 {
+            stiffness * held / rubbing.most * (normal / rubbed)
+        } else {
+            0.0
+        };
+        (spring, normal - used)
     }
 }

@@ -14,6 +14,11 @@ const LAYERS: u32 = 3;
 /// Two sheets of nodes 1 m apart whose surfaces meet at `z = 0`, half a spacing from their outermost nodes, with four
 /// samples per node at positions that do not match: E/h = 1 N/m³.
 pub(super) fn sheets(friction: f64, seed: u64) -> (DeformableContact, Vec<DVec3>) {
+    split_sheets([friction; 2], 2, seed)
+}
+
+/// The same; of three bodies the upper sheet is two, beside each other. The lower one rubs them as stated.
+fn split_sheets(frictions: [f64; 2], bodies: u32, seed: u64) -> (DeformableContact, Vec<DVec3>) {
     let mut random = Random::new(seed);
     let mut rest = Vec::new();
     for side in [-1.0, 1.0] {
@@ -35,6 +40,7 @@ pub(super) fn sheets(friction: f64, seed: u64) -> (DeformableContact, Vec<DVec3>
                 let at = at + random.vector(0.1);
                 let position = DVec3::new(at.x, at.y, 0.0);
                 let nodes = nearest(&rest, body * half..(body + 1) * half, position);
+                let body = body + u32::from(body + 1 < bodies && body == 1 && i >= SIDE);
                 let sample = DiskSample {
                     flank: false,
                     position,
@@ -49,12 +55,13 @@ pub(super) fn sheets(friction: f64, seed: u64) -> (DeformableContact, Vec<DVec3>
         }
     }
     let settings = DeformableSettings {
-        friction,
         learning: 2e-4,
         ..DeformableSettings::default()
     };
     (
-        DeformableContact::new(disks, settings, 2, |a, b| a != b),
+        DeformableContact::new(disks, settings, bodies, |a, b| {
+            (a == 0 && b > 0).then(|| frictions[b as usize - 1])
+        }),
         rest,
     )
 }
@@ -282,6 +289,51 @@ fn friction_stays_within_its_cone() {
     );
     let (force, ..) = step(&mut x, DVec3::Z * 0.5);
     assert_eq!(force, DVec3::ZERO, "nothing holds them together");
+}
+
+/// Two bodies beside each other are as one if both rub alike; else each has a cone of its own, and what slides over the seam
+/// keeps the balance.
+#[test]
+fn each_pair_of_bodies_has_its_friction() {
+    let slid = |frictions: [f64; 2], bodies: u32| {
+        let (mut contact, mut x) = split_sheets(frictions, bodies, 4);
+        contact.settings.learning = 0.0;
+        let all = x.len();
+        for step in 0..100 {
+            let by_step = [DVec3::Z * -0.002, DVec3::X * 0.01][usize::from(step > 4)];
+            let upper = |node| {
+                if is_upper(node, all) {
+                    by_step
+                } else {
+                    DVec3::ZERO
+                }
+            };
+            let moved: Vec<DVec3> = (0..all).map(upper).collect();
+            x.iter_mut().zip(&moved).for_each(|(x, by)| *x += *by);
+            let before = contact.state.dissipated;
+            contact.add_forces(&by(&x, &moved), &mut zeros(&x));
+            assert!(contact.state.dissipated >= before, "never gives");
+        }
+        (contact.state.forces.clone(), contact)
+    };
+    let [one, two] = [2, 3].map(|bodies| slid([0.3; 2], bodies).0);
+    assert_eq!(one, two, "as one");
+    for frictions in [[0.3, 0.1], [0.1, 0.3], [0.3, 0.0]] {
+        let (_, contact) = slid(frictions, 3);
+        for sum in contact.between() {
+            let friction = frictions[sum.bodies[1] as usize - 1];
+            let share = sum.friction / sum.normal;
+            assert!(
+                (share - friction).abs() < 0.1 * friction + 1e-12,
+                "{frictions:?}: {share}"
+            );
+        }
+        let state = contact.state();
+        assert!(
+            state.energy_error().abs() < 0.01 * state.dissipated,
+            "{state:?}"
+        );
+    }
 }
 
 /// A cut that gives samples other rows leaves what springs hold; what it cannot leave is booked.

@@ -206,11 +206,21 @@ fn contact(checks: &mut Checks, scene: &Scene) {
     };
     checks.not_negative("contact.friction", contact.friction, "");
     if let Between::Pairs(pairs) = &contact.between {
-        for (index, (first, second)) in pairs.iter().enumerate() {
-            for name in [first, second] {
-                let path = format!("contact.between[{index}]");
-                body_name(checks, &path, Some(name), &scene.bodies);
+        for (index, pair) in pairs.iter().enumerate() {
+            let path = format!("contact.between[{index}]");
+            for name in [&pair.bodies.0, &pair.bodies.1] {
+                body_name(checks, &format!("{path}.bodies"), Some(name), &scene.bodies);
             }
+            if let Some(friction) = pair.friction {
+                checks.not_negative(format_args!("{path}.friction"), friction, "");
+            }
+            let (a, b) = &pair.bodies;
+            checks.require(
+                !pairs[..index].iter().any(|other| other.is_of(a, b)),
+                &path,
+                format_args!("of '{a}' and '{b}'"),
+                "these two are named before",
+            );
         }
     }
     checks.require(

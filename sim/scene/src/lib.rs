@@ -20,7 +20,7 @@ pub use body::{
     Body, Form, ImageFile, PointFile, Sampling, SurfelSettings, SurfelSpacing, SurfelTarget, Target,
 };
 pub use check::{DidYouMean, Fault, nearest};
-pub use contact::{Between, BodyContact};
+pub use contact::{Between, BodyContact, Touching};
 pub use event::{Capture, Cut, Gravity, Support, SupportMotion};
 pub use material::Inclusion;
 pub use method::Method;
