@@ -102,6 +102,17 @@ pub enum BodyProblem {
         /// What it is now (s).
         step: f64,
     },
+    /// The scene would take more steps than can be taken.
+    #[error(
+        "the scene would take {steps:.0e} steps of {step:.1e} s: lower material.youngs_modulus, raise material.density, or ask \
+         for fewer nodes"
+    )]
+    TooManySteps {
+        /// How many.
+        steps: f64,
+        /// The first stable step (s).
+        step: f64,
+    },
     /// Energy appeared or vanished, and shorter steps did not help.
     #[error(
         "energy is not kept: {:.0} % of it appeared or vanished before {time:.4} s, in an eighth of the \

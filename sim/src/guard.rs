@@ -89,6 +89,9 @@ pub struct Retaken {
     pub unbalanced: u64,
 }
 
+/// Steps of a scene at most: years of the smallest body's.
+const MOST_STEPS: f64 = 1e12;
+
 impl World {
     /// Takes one step (s) from where tools are to `poses`, and does it again from the last snapshot if
     /// it fails.
@@ -150,12 +153,24 @@ impl World {
         if step > smallest {
             return Ok(());
         }
+        self.blame_stiffest(BodyProblem::StepVanishes { first, step })
+    }
+
+    /// Whether the scene can be stepped to its end in a lifetime.
+    pub(crate) fn check_step_count(&self) -> Result<(), WorldError> {
+        let step = self.first_step();
+        let steps = self.scene.integration.duration / step;
+        if steps <= MOST_STEPS {
+            return Ok(());
+        }
+        self.blame_stiffest(BodyProblem::TooManySteps { steps, step })
+    }
+
+    fn blame_stiffest(&self, problem: BodyProblem) -> Result<(), WorldError> {
         let stiffness = |body: &Body| body.current_eigenvalue();
         let bodies = self.members.iter().map(|member| &member.body);
         let stiffest = bodies.max_by(|a, b| stiffness(a).total_cmp(&stiffness(b)));
-        stiffest.map_or(Ok(()), |body| {
-            Err(BodyProblem::StepVanishes { first, step }.of(body))
-        })
+        stiffest.map_or(Ok(()), |body| Err(problem.of(body)))
     }
 
     /// Forgets the snapshot: it is of another model, or of another part of the scene.
@@ -541,5 +556,9 @@ mod tests {
             let error = world.step().unwrap_err().to_string();
             assert!(error.contains("stable step has fallen"), "{error}");
         }
+        let mut scene = embedded("minimal", &[]).expect("it is there");
+        scene.bodies[0].material.youngs_modulus = 1e100;
+        let error = World::new(scene).unwrap_err().to_string();
+        assert!(error.contains("would take"), "{error}");
     }
 }

@@ -181,6 +181,7 @@ impl World {
         };
         world.first_step = world.smallest_step_size();
         world.now.step = world.first_step;
+        world.check_step_count()?;
         match world.scene.integration.settle {
             Some(settle) => world.set_damping(Some(settle.damping))?,
             None => world.start_scene()?,
