@@ -99,21 +99,19 @@ struct Rubbing {
 impl Rubbing {
     fn of(pairs: &[Pair]) -> Self {
         let most = pairs.iter().map(|pair| pair.friction).fold(0.0, f64::max);
-        let of = |pair: &Pair| pair.friction / most * pair.phi;
-        let sum = if most > 0.0 {
-            pairs.iter().map(of).sum()
-        } else {
-            1.0
-        };
-        Self { most, sum }
+        let mut all = Self { most, sum: 0.0 };
+        let weights = pairs.iter().map(|pair| all.weight(pair) * pair.phi);
+        all.sum = weights.sum::<f64>().max(f64::MIN_POSITIVE);
+        all
+    }
+
+    /// Coefficient over the largest.
+    fn weight(self, pair: &Pair) -> f64 {
+        pair.friction / self.most.max(f64::MIN_POSITIVE)
     }
 
     fn share(self, pair: &Pair) -> f64 {
-        if self.most > 0.0 {
-            pair.friction / self.most * pair.phi / self.sum
-        } else {
-            0.0
-        }
+        self.weight(pair) * pair.phi / self.sum
     }
 }
 
@@ -402,7 +400,7 @@ impl DeformableContact {
         if rubbing.most == 0.0 || normal <= 0.0 {
             return (DVec3::ZERO, 0.0);
         }
-        let weight = |pair: &Pair| pair.friction / rubbing.most;
+        let weight = |pair: &Pair| rubbing.weight(pair);
         let [_, rubbed] = self.weighted_springs(pressed.point as usize, pairs, offset, weight);
         let (p, (moves, _)) = (
             &placed[pressed.slot as usize],

@@ -241,6 +241,15 @@ fn pressure_is_that_of_the_penalty_and_the_offset_closes_the_gap() {
     assert!(contact.state.offset_work > 0.0, "booked");
 }
 
+/// Moves the upper sheet; by how much each node moved.
+fn shift_upper(x: &mut [DVec3], by: DVec3) -> Vec<DVec3> {
+    let all = x.len();
+    let moves = (0..all).map(|node| by * f64::from(u8::from(is_upper(node, all))));
+    let moved: Vec<DVec3> = moves.collect();
+    x.iter_mut().zip(&moved).for_each(|(x, by)| *x += *by);
+    moved
+}
+
 /// Points stick below the cone and slide above it, and friction never gives energy.
 #[test]
 fn friction_stays_within_its_cone() {
@@ -248,17 +257,8 @@ fn friction_stays_within_its_cone() {
     contact.settings.learning = 0.0;
     contact.add_forces(&by(&x, &zeros(&x)), &mut zeros(&x));
     let all = x.len();
-    let shift = |x: &mut Vec<DVec3>, by: DVec3| {
-        let moved: Vec<DVec3> = (0..all)
-            .map(|node| if is_upper(node, all) { by } else { DVec3::ZERO })
-            .collect();
-        for (x, moved) in x.iter_mut().zip(&moved) {
-            *x += *moved;
-        }
-        moved
-    };
     let mut step = |x: &mut Vec<DVec3>, shifted: DVec3| {
-        let moved = shift(x, shifted);
+        let moved = shift_upper(x, shifted);
         let mut forces = zeros(x);
         let before = contact.state.dissipated;
         contact.add_forces(&by(x, &moved), &mut forces);
@@ -298,18 +298,9 @@ fn each_pair_of_bodies_has_its_friction() {
     let slid = |frictions: [f64; 2], bodies: u32| {
         let (mut contact, mut x) = split_sheets(frictions, bodies, 4);
         contact.settings.learning = 0.0;
-        let all = x.len();
         for step in 0..100 {
-            let by_step = [DVec3::Z * -0.002, DVec3::X * 0.01][usize::from(step > 4)];
-            let upper = |node| {
-                if is_upper(node, all) {
-                    by_step
-                } else {
-                    DVec3::ZERO
-                }
-            };
-            let moved: Vec<DVec3> = (0..all).map(upper).collect();
-            x.iter_mut().zip(&moved).for_each(|(x, by)| *x += *by);
+            let shifted = [DVec3::Z * -0.002, DVec3::X * 0.01][usize::from(step > 4)];
+            let moved = shift_upper(&mut x, shifted);
             let before = contact.state.dissipated;
             contact.add_forces(&by(&x, &moved), &mut zeros(&x));
             assert!(contact.state.dissipated >= before, "never gives");
