@@ -9,8 +9,8 @@ use proptest::prelude::*;
 use testkit::cloud::Random;
 use testkit::kuhn::kuhn_block;
 
-/// Largest energy that one capture may add, relative to what is stored. Measured: up to 8e-7, from the stabilization of
-/// rebuilt rows, which is limited in how far it rises, not in what it holds.
+/// Largest energy that one capture may add, relative to what is stored. Of 1,500 draws the worst added 3.4e-6: rebuilt rows whose
+/// stabilization was as small as it can be (5.0e-6 where scales that earlier strokes raised do not fall).
 const LARGEST_ADDITION: f64 = 1e-5;
 
 /// A block of the crates below the world with a blade in it.
@@ -136,7 +136,7 @@ fn materials() -> impl Strategy<Value = (Material, Dilatation)> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Random blocks, strained at random, cut by random blades: no capture adds energy.
+    /// Random blocks, strained at random, cut by up to three random blades: no capture adds energy.
     #[test]
     fn no_capture_adds_energy(
         cells in [3_usize..6, 3..6, 3..7],
@@ -144,9 +144,7 @@ proptest! {
         seed in any::<u64>(),
         material in materials(),
         strain in 0.0..0.25_f64,
-        place in 0.2..0.8_f64,
-        tilt in -0.4..0.4_f64,
-        depth in 0.3..1.2_f64,
+        blades in prop::collection::vec((0.2..0.8_f64, -0.4..0.4_f64, 0.3..1.2_f64), 1..4),
     ) {
         let spacing = 0.01;
         let mut block = Block::new(cells, spacing, jitter, seed, material);
@@ -157,17 +155,19 @@ proptest! {
             stretched + random.vector(0.1 * strain * spacing)
         }).collect();
         block.body.begin_viscous_step(0.0);
-        let mut stroke = None;
-        for k in 0..8 {
-            let x = width * (depth * f64::from(k) / 7.0 - 0.05);
-            let edge = [-0.1, 1.1].map(|y| {
-                DVec3::new(x, y * length, height * (place + tilt * (y - 0.5)) + 0.00013)
-            });
-            let [before, after] = block.capture(&mut stroke, &edge, &at);
-            prop_assert!(
-                after <= before * (1.0 + LARGEST_ADDITION),
-                "capture {k}: {before} to {after} J"
-            );
+        for (number, (place, tilt, depth)) in (0..).zip(blades) {
+            let mut stroke = None;
+            for k in 0..8 {
+                let x = width * (depth * f64::from(k) / 7.0 - 0.05);
+                let edge = [-0.1, 1.1].map(|y| {
+                    DVec3::new(x, y * length, height * (place + tilt * (y - 0.5)) + 0.00013)
+                });
+                let [before, after] = block.capture(&mut stroke, &edge, &at);
+                prop_assert!(
+                    after <= before * (1.0 + LARGEST_ADDITION),
+                    "stroke {number}, capture {k}: {before} to {after} J"
+                );
+            }
         }
     }
 }

@@ -80,7 +80,8 @@ impl CutEnergy {
 
 impl Elastic {
     /// Applies a cut: takes the rebuilt rows, keeps the deformation gradients that nodes had, gives bonds to nodes that
-    /// are left without a strain of their own, and raises stabilization by no more than the cut released. Retained
+    /// are left without a strain of their own, and raises stabilization by no more than the cut released, or lowers what
+    /// earlier cuts raised of it. Retained
     /// gradients and bonds then go away by [`Elastic::decay`]. Volumes, masses and materials stay.
     ///
     /// # Errors
@@ -120,7 +121,7 @@ impl Elastic {
             self.retain_means(&means, x);
         }
         let most = held + released;
-        self.raise_control(touched, policy.touched_control, most, x);
+        self.scale_control_within(touched, policy.touched_control, most, x);
         let control = self.control_energy(touched, x);
         let fronts = if input.fronts.is_empty() {
             self.front_energy(touched, x)

@@ -21,14 +21,15 @@ impl Elastic {
         energies.collect()
     }
 
-    /// Raises the scales of the hourglass stabilization of `nodes` to `scale`, or by the same fraction of the change as
-    /// far as their control then holds at most `most` (J) at `positions` (m): a cut's one-sided rows leave
-    /// more to the control, and a rise out of nothing would add energy. With `most` what it held before their
-    /// rows were rebuilt, a cut of a strained body adds none, and one of a body at rest takes the whole change.
-    /// A scale of 3, at the default of 0.1, takes 1 % from the work of a crack at 6.4 spacings; 10 takes 3 %.
+    /// Brings the scales of the hourglass stabilization of `nodes` towards `scale`, or, if their control holds more than
+    /// `most` (J) at `positions` (m) as it is, down towards 1: all by the same fraction, as far as it then holds
+    /// `most`. A cut's one-sided rows leave more to the control, and a rise out of nothing would add energy; so would
+    /// rows whose scales earlier cuts had raised. With `most` what it held before their rows were rebuilt and what the
+    /// cut released, a cut of a strained body adds none, and one of a body at rest takes the whole change. A scale of 3,
+    /// at the default of 0.1, takes 1 % from the work of a crack at 6.4 spacings; 10 takes 3 %.
     ///
-    /// Scales that are as high are left; no scale falls.
-    pub(crate) fn raise_control(
+    /// A scale that is higher than `scale` does not fall for that. Control at a scale of 1 stays, whatever it holds.
+    pub(crate) fn scale_control_within(
         &mut self,
         nodes: &[u32],
         scale: f64,
@@ -39,27 +40,28 @@ impl Elastic {
         if !self.model.controlled() {
             return;
         }
-        // Whether or not they rise, so that memory does not depend on the motion.
+        // Whether or not they change, so that memory does not depend on the motion.
         let count = self.node_count();
         self.model.control_scales.resize(count, 1.0);
         let now = self.control_energies(nodes, positions);
         let old: Vec<f64> = nodes.iter().map(|&node| self.control_scale(node)).collect();
-        // The energy grows in proportion.
-        let whole: f64 = now
-            .iter()
-            .zip(&old)
-            .map(|(energy, old)| energy * (scale / old - 1.0).max(0.0))
-            .sum();
         let left = most - now.iter().sum::<f64>();
-        let way = if whole <= left.max(0.0) {
+        let change = |old: f64| match left < 0.0 {
+            true => 1.0 - old,
+            false => (scale - old).max(0.0),
+        };
+        // The energy grows in proportion.
+        let energies = now.iter().zip(&old);
+        let whole: f64 = energies.map(|(now, &old)| now * change(old) / old).sum();
+        let way = if whole.abs() <= left.abs() {
             1.0
         } else {
-            (left / whole).clamp(0.0, 1.0)
+            left / whole
         };
         if way > 0.0 {
-            let raised = old.iter().map(|old| old + way * (scale - old).max(0.0));
-            let raised: Vec<(u32, f64)> = nodes.iter().copied().zip(raised).collect();
-            self.change_control_scales(&raised);
+            let scales = old.iter().map(|&old| old + way * change(old));
+            let scales: Vec<(u32, f64)> = nodes.iter().copied().zip(scales).collect();
+            self.change_control_scales(&scales);
         }
     }
 

@@ -271,7 +271,7 @@ fn stiffest_nodes_of_few_runs_are_those_of_all() {
 }
 
 #[test]
-fn control_is_raised_as_far_as_its_energy_allows() {
+fn control_rises_and_falls_as_far_as_its_energy_allows() {
     let rest = Block::new([4, 4, 4], DVec3::splat(0.4), 0.2, 1);
     let x = shaken(&rest, 0.02, 6);
     let n = rest.positions.len();
@@ -284,22 +284,27 @@ fn control_is_raised_as_far_as_its_energy_allows() {
     assert!(own > 0.0, "{own}");
     assert_within("the control's share of the energy", own / held, 1.0, 1e-9);
     let before = with.control_energy(&nodes, &x);
-    with.raise_control(&nodes, 3.0, 0.9 * before, &x);
+    with.scale_control_within(&nodes, 3.0, 0.9 * before, &x);
     assert!(
         with.state().control.is_empty(),
         "nothing is left to raise it"
     );
-    // Two thirds of the energy that the whole change takes, in two calls.
-    for (most, scale) in [(2.0, 2.0), (7.0 / 3.0, 7.0 / 3.0), (9.0, 3.0), (9.0, 3.0)] {
+    // Two thirds of the energy that the whole change takes, in two calls; then down, as far as is asked, not below 1.
+    let part = 7.0 / 3.0;
+    let asked = [(2.0, 2.0), (part, part), (9.0, 3.0), (9.0, 3.0)];
+    for (most, scale) in asked
+        .into_iter()
+        .chain([(1.5, 1.5), (0.9, 1.0), (2.0, 2.0)])
+    {
         let energy = with.forces_into(&x, &mut forces);
         let held = with.control_energy(&nodes, &x);
-        with.raise_control(&nodes, 3.0, most * before, &x);
+        with.scale_control_within(&nodes, 3.0, most * before, &x);
         let added = with.forces_into(&x, &mut forces) - energy;
         let now = with.control_energy(&nodes, &x);
         assert_within("the energy", now / before, scale, 1e-9);
         assert!((added - (now - held)).abs() < 1e-9 * energy, "{added}");
         let scales = with.state().control;
-        assert_eq!(scales.len(), nodes.len());
+        assert_eq!(scales.len(), if scale > 1.0 { nodes.len() } else { 0 });
         assert!(
             scales.iter().all(|(_, s)| (s - scale).abs() < 1e-9),
             "{scales:?}"
@@ -312,7 +317,7 @@ fn control_is_raised_as_far_as_its_energy_allows() {
     }
     // At rest nothing is held, and nothing is added.
     let mut still = model(&rest, law(), 0.1);
-    still.raise_control(&nodes, 3.0, 0.0, &rest.positions);
+    still.scale_control_within(&nodes, 3.0, 0.0, &rest.positions);
     assert!(
         still
             .state()
@@ -344,7 +349,7 @@ fn forces_again_are_those_of_a_whole_evaluation_to_the_bit() {
         });
         body.update_rows(&touched, &stencils(&block))
             .expect("valid");
-        body.raise_control(&touched, 3.0, f64::INFINITY, &x);
+        body.scale_control_within(&touched, 3.0, f64::INFINITY, &x);
         let share = |p: usize| f64::from(u8::from(block.weights[p] > 0.0));
         body.weaken(&touched[..3], &x, &share);
         let old: Vec<DMat3> = touched.iter().map(|&i| before[i as usize]).collect();
@@ -421,7 +426,7 @@ fn blocks_that_are_not_evaluated_again_say_what_they_said() {
                 });
                 body.update_rows(&touched, &stencils(&block))
                     .expect("valid");
-                body.raise_control(&touched, 3.0, f64::INFINITY, &x);
+                body.scale_control_within(&touched, 3.0, f64::INFINITY, &x);
                 let share = |p: usize| f64::from(u8::from(block.weights[p] > 0.0));
                 body.weaken(&touched[touched.len() - 9..], &x, &share);
                 let old = vec![DMat3::from_diagonal(DVec3::new(1.1, 1.0, 0.9)); touched.len()];
