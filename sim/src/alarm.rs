@@ -1,4 +1,5 @@
-//! What a run reports at once, each once: a step that all but vanishes, and bodies that lie in one another.
+//! What a run reports at once, each once: a step that all but vanishes, bodies that lie in one another, and contact that
+//! gives way.
 
 use glam::DVec3;
 use phyxel_discretize::Bounds;
@@ -16,6 +17,8 @@ const PATIENCE: u64 = 10_000;
 /// is so too.
 const DEEP: f64 = 1.0;
 const NEAR: f64 = 0.5;
+/// Depth (spacings) from which contact between bodies fades.
+const FADING: f64 = 0.5;
 
 impl World {
     /// What the run has reported so far, one sentence each.
@@ -92,6 +95,32 @@ impl World {
             self.time()
         );
         for what in found {
+            self.alarm(what, &how);
+        }
+    }
+
+    /// Reports which bodies press so deep into each other that contact gives way.
+    pub(crate) fn watch_depths(&mut self) {
+        let Some(contact) = &self.deformable else {
+            return;
+        };
+        let body = |number: u32| &self.members[number as usize].body;
+        let deepest = contact.between().iter().filter_map(|sum| {
+            let [a, b] = sum.bodies.map(body);
+            let depth = sum.penetration / a.spacing.min(b.spacing);
+            let what = if a.name == b.name {
+                format!("body '{}' presses into itself", a.name)
+            } else {
+                format!("bodies '{}' and '{}' press into each other", a.name, b.name)
+            };
+            (depth > FADING).then_some((what, depth))
+        });
+        for (what, depth) in deepest.collect::<Vec<_>>() {
+            let how = format!(
+                ", {depth:.1} spacings deep, {:.4} s after the first step: near a pressure of Young's modulus contact gives \
+                 way, and surfaces pass through each other",
+                self.time()
+            );
             self.alarm(what, &how);
         }
     }

@@ -377,6 +377,7 @@ impl World {
         let end = self.scene_time().map(|now| now + step);
         let poses = self.input.tools(&self.scene, number, end);
         self.advance_safely(step, &poses)?;
+        self.watch_depths();
         self.input.set_poses(poses);
         if let Some(since) = self.waiting.take() {
             self.latencies.push(1e3 * since.elapsed().as_secs_f64());
