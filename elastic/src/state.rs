@@ -6,7 +6,7 @@ use crate::cut::Works;
 use crate::law::viscosity::Viscosity;
 use crate::model::Elastic;
 
-/// All of a model that time and cuts change, its rows and deficient nodes aside.
+/// All of a model that time and cuts change, its rows aside.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct State {
@@ -15,7 +15,9 @@ pub struct State {
     pub viscosity: Vec<[f64; 6]>,
     /// Nodes with a retained gradient or mean volume ratio, ascending, its offset `A` by columns and that of the ratio.
     pub offsets: Vec<(u32, ([f64; 9], f64))>,
-    /// Offsets (m) of all bonds.
+    /// Nodes without a strain of their own, ascending. Which a cut leaves follows from where nodes were, too.
+    pub deficient: Vec<u32>,
+    /// Offsets (m) of all their bonds.
     pub bonds: Vec<f64>,
     /// Nodes whose hourglass stabilization has a scale other than 1, ascending, and the scale.
     pub control: Vec<(u32, f64)>,
@@ -34,6 +36,7 @@ impl State {
             && self.viscosity.iter().all(|row| finite(row))
             && (self.offsets.iter())
                 .all(|(node, (value, mean))| exists(*node) && finite(value) && mean.is_finite())
+            && self.deficient == body.deficient_nodes()
             && self.bonds.len() == body.bond_offsets().len()
             && finite(&self.bonds)
             && (self.control.iter())
@@ -81,13 +84,15 @@ impl Elastic {
         State {
             viscosity: viscosity.map_or_else(Vec::new, |v| v.history().to_vec()),
             offsets: self.offsets(),
+            deficient: self.deficient_nodes().to_vec(),
             bonds: self.bond_offsets(),
             control: self.control_scales(),
             fronts: self.fronts(),
         }
     }
 
-    /// Restores a state on the same rows and deficient nodes. Viscosity is then between two steps.
+    /// Restores a state on the same rows and deficient nodes ([`Elastic::weaken`] makes those that are missing). Viscosity
+    /// is then between two steps.
     ///
     /// # Panics
     /// If [`State::fits`] would say no.

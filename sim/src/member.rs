@@ -190,6 +190,19 @@ impl Member {
         Ok(update)
     }
 
+    /// Takes their strain from nodes that lost it in a cut for where they were then, which [`Member::replay`] does not know.
+    pub(crate) fn weaken_again(&mut self, deficient: &[u32]) {
+        let (Some(cutting), elastic) = (&self.cutting, &mut self.body.elastic) else {
+            return;
+        };
+        let (known, count) = (elastic.deficient_nodes(), elastic.node_count());
+        let is_missing =
+            |node: &u32| (*node as usize) < count && known.binary_search(node).is_err();
+        let missing: Vec<u32> = deficient.iter().copied().filter(is_missing).collect();
+        let positions = self.body.motion.positions();
+        elastic.weaken(&missing, positions, &|pair| cutting.factors().factor(pair));
+    }
+
     fn with_cutting(
         &mut self,
     ) -> Result<(&mut Body, &mut Cutting, &mut [ToolContact]), BodyProblem> {

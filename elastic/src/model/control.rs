@@ -59,7 +59,8 @@ impl Elastic {
             left / whole
         };
         if way > 0.0 {
-            let scales = old.iter().map(|&old| old + way * change(old));
+            // Round-off may not take it below 1, which states do not know.
+            let scales = old.iter().map(|&old| (old + way * change(old)).max(1.0));
             let scales: Vec<(u32, f64)> = nodes.iter().copied().zip(scales).collect();
             self.change_control_scales(&scales);
         }

@@ -16,7 +16,7 @@ use phyxel_scene::{Override, SceneError, read_file};
 use super::folder::{OutputError, OutputFolder};
 
 /// First line of a checkpoint.
-const MAGIC: &[u8] = b"phyxel checkpoint 8\n";
+const MAGIC: &[u8] = b"phyxel checkpoint 9\n";
 /// How a checkpoint of any format begins.
 const FAMILY: &[u8] = b"phyxel checkpoint ";
 /// Version of the program, that of all its crates, which a checkpoint belongs to: another may compute other bits.

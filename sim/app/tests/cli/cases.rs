@@ -214,7 +214,7 @@ fn resume_cases() -> Vec<Case> {
         ),
         given(
             "checkpoint cut short",
-            &[("a.checkpoint", "phyxel checkpoint 8\n\u{5}\0\0")],
+            &[("a.checkpoint", "phyxel checkpoint 9\n\u{5}\0\0")],
             &resume,
         ),
         given(
