@@ -1,7 +1,7 @@
 //! Lists of pairs that may meet, by a grid of cells.
 
 use super::disks::{DiskSample, Placed, index};
-use super::{CHUNK, CLOSE_MARGIN, DEEPEST, DeformableContact, FACING};
+use super::{CHUNK, CLOSE_MARGIN, DEEPEST, DeformableContact, FACING, NEAR, TURN};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -202,36 +202,58 @@ impl DeformableContact {
         reach.map(move |reach| reach.hypot(deepest) + margin)
     }
 
-    /// Lists those of the pairs that may be opposite of each other until nodes have moved by a part of
-    /// [`CLOSE_MARGIN`], if they have since the last time. What pairs do is the same with any such lists.
-    pub(super) fn update_close(&mut self, positions: &[DVec3], placed: &[Placed]) {
-        let room = 0.5 * CLOSE_MARGIN * self.widest() / self.amplification;
-        let stays = |(a, b): (&DVec3, &DVec3)| a.distance_squared(*b) < room * room;
-        let same = self.close_at.len() == positions.len();
-        if same && positions.iter().zip(&self.close_at).all(stays) {
+    /// Lists those of the pairs that may act on each other until a sample has moved by half of [`CLOSE_MARGIN`] or turned by
+    /// [`TURN`], if one has since the last time. What pairs do is the same with any such lists.
+    pub(super) fn update_close(&mut self, placed: &[Placed]) {
+        let room = 0.5 * CLOSE_MARGIN * self.widest();
+        let stays = |(now, then): (&Placed, &Placed)| {
+            let turns = [now.n - then.n, now.t[0] - then.t[0], now.t[1] - then.t[1]];
+            now.x.distance_squared(then.x) < room * room
+                && turns.iter().all(|by| by.length_squared() < TURN * TURN)
+        };
+        let same = self.close_at.len() == placed.len();
+        if same && placed.iter().zip(&self.close_at).all(stays) {
             return;
         }
         self.close_at.clear();
-        self.close_at.extend_from_slice(positions);
+        self.close_at.extend_from_slice(placed);
+        let mut close = std::mem::take(&mut self.close);
+        close.clear();
         self.close_points.clear();
-        self.close.clear();
-        let margin = 2.0 * CLOSE_MARGIN * self.widest();
         for (point, range) in &self.points {
-            let begin = index(self.close.len());
-            let x = placed[self.slots[*point as usize] as usize].x;
-            let list = &self.lists[range[0] as usize..range[1] as usize];
-            self.close.extend(list.iter().filter(|&&other| {
-                let q = &placed[self.slots[other as usize] as usize];
-                let arm = x - q.x;
-                // A disk that turns lets feet wander by the gap.
-                let gap = q.n.dot(arm).abs();
-                let reach = self.disks.reach[other as usize] + margin + 0.5 * gap;
-                let [a, b] = q.solve([q.t[0].dot(arm), q.t[1].dot(arm)]);
-                a * a + b * b < reach * reach
-            }));
+            let begin = index(close.len());
+            let list = self.lists[range[0] as usize..range[1] as usize].iter();
+            close.extend(list.filter(|&&other| self.may_act(*point, other, placed, room)));
             self.close_points
-                .push((*point, [begin, index(self.close.len())]));
+                .push((*point, [begin, index(close.len())]));
         }
+        self.close = close;
+    }
+
+    /// Whether a point may come to act on a disk before one of them has moved by `room` (m) or turned by [`TURN`].
+    fn may_act(&self, point: u32, other: u32, placed: &[Placed], room: f64) -> bool {
+        let [p, q] = [point, other].map(|s| &placed[self.slots[s as usize] as usize]);
+        let [at, on] = [point, other].map(|s| &self.disks.samples[s as usize]);
+        let [own, thickness] = [point, other].map(|s| self.disks.thickness[s as usize]);
+        let arm = p.x - q.x;
+        let raw = q.n.dot(arm);
+        let gap = raw - own - thickness;
+        let spacing = at.spacing.min(on.spacing);
+        let wander = 2.0 * room + TURN * (arm.length() + 2.0 * room);
+        if p.n.dot(q.n) > FACING + 2.5 * TURN
+            || gap > NEAR * spacing + wander
+            || gap < -DEEPEST * spacing - wander
+        {
+            return false;
+        }
+        let [a, b] = q.solve([q.t[0].dot(arm), q.t[1].dot(arm)]);
+        let foot = (a * a + b * b).sqrt();
+        // The inverse of the disk's smallest stretch; feet on one that is all but flat may be anywhere.
+        let [aa, ab, bb] = q.inverse;
+        let steep = (0.5 * (aa + bb) + (0.25 * (aa - bb).powi(2) + ab * ab).sqrt()).sqrt();
+        let turned = 1.5 * TURN * steep;
+        let feet = 2.0 * room * steep + turned * (foot + raw.abs() * steep);
+        turned > 0.5 || foot < self.disks.reach[other as usize] + feet / (1.0 - turned)
     }
 
     fn widest(&self) -> f64 {
