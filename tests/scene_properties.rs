@@ -180,8 +180,8 @@ proptest! {
         ..ProptestConfig::default()
     })]
 
-    /// The audit explains all energy but a hundredth of what is stored or damped, whatever strokes cut, at any times, of whatever, by a
-    /// scheme of the second order or one that books its own loss; mass is kept, and no pair is made whole again.
+    /// The audit explains all energy but a hundredth of what is stored or damped, whatever strokes cut, and when. Schemes are of
+    /// the second order, or book their own loss. Mass is kept, and no pair is made whole again.
     #[test]
     fn energy_and_mass_are_accounted_for(drawn in drawn(&AUDITED, 1..4)) {
         let mut world = drawn.world(HOME);

@@ -81,8 +81,8 @@ impl CutEnergy {
 impl Elastic {
     /// Applies a cut: takes the rebuilt rows, keeps the deformation gradients that nodes had, gives bonds to nodes that
     /// are left without a strain of their own, and raises stabilization by no more than the cut released, or lowers what
-    /// earlier cuts raised of it. Retained
-    /// gradients and bonds then go away by [`Elastic::decay`]. Volumes, masses and materials stay.
+    /// earlier cuts raised of it. Retained gradients and bonds then go away by [`Elastic::decay`]. Volumes, masses and
+    /// materials stay.
     ///
     /// # Errors
     /// [`ElasticError`] as in [`Elastic::new`]. The model then holds some new rows and must not be used.

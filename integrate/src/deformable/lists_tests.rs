@@ -1,8 +1,9 @@
-use super::super::tests::sheets;
-use super::super::{ContactDisks, DeformableContact, DeformableSettings};
+use super::super::tests::{is_upper, pressed, sheets};
+use super::super::{ContactDisks, DeformableContact, DeformableSettings, NEAR, Placed};
 use super::candidates;
 use crate::DiskSample;
 use glam::DVec3;
+use proptest::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use testkit::cloud::{Random, uniform};
 
@@ -129,4 +130,43 @@ fn what_is_apart_is_listed_once() {
         (2..20).contains(&off) && (2..20).contains(&back),
         "{off} and {back} of 40"
     );
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// While surfaces crumple and slide, lists of close pairs have all that act, and most steps need no new ones.
+    #[test]
+    fn close_lists_hold_all_that_act(seed in 0_u64..1000) {
+        let (mut contact, from, _) = pressed(0.0, seed);
+        let mut random = Random::new(seed + 4);
+        let all = from.len();
+        let side = random.vector(0.8);
+        let by: Vec<DVec3> = (0..all)
+            .map(|n| random.vector(0.6) + if is_upper(n, all) { side } else { DVec3::ZERO })
+            .collect();
+        let (mut made, mut act) = (0, 0);
+        for k in 0..80 {
+            let share = f64::from(k) / 80.0;
+            let x: Vec<DVec3> = from.iter().zip(&by).map(|(x, by)| *x + *by * share).collect();
+            contact.update_lists(&x, &[]);
+            let placed: Vec<Placed> = contact.near.iter().map(|&s| contact.disks.place(s as usize, &x)).collect();
+            let before = contact.close_at.first().map(|placed| placed.x);
+            contact.update_close(&placed);
+            made += u32::from(before != contact.close_at.first().map(|placed| placed.x));
+            let (mut pairs, mut expected) = (Vec::new(), Vec::new());
+            contact.each_point(&x, |point, pairs| {
+                expected.extend(pairs.iter().map(|pair| (point, pair.slot, pair.phi.to_bits())));
+            });
+            let mut found = Vec::new();
+            for (point, [begin, end]) in &contact.close_points {
+                let list = &contact.close[*begin as usize..*end as usize];
+                contact.find_pairs(*point, list, &placed, NEAR, &mut pairs);
+                found.extend(pairs.iter().map(|pair| (*point as usize, pair.slot, pair.phi.to_bits())));
+            }
+            act += found.len();
+            prop_assert!(found == expected, "at {share}: {} of {}", found.len(), expected.len());
+        }
+        prop_assert!(made < 64 && act > 1000, "{made} lists, {act} pairs");
+    }
 }
