@@ -141,16 +141,15 @@ pub struct DeformableContact {
     margin: f64,
     /// Where samples (m) were when pairs were listed.
     places: Vec<DVec3>,
+    /// All samples in lists, ascending; lists name their positions in it.
+    near: Vec<u32>,
     /// Points with candidates, and their ranges in `lists`.
     points: Vec<(u32, [u32; 2])>,
     lists: Vec<u32>,
-    /// The same of pairs that may act before samples have moved or turned a little from where they were.
-    close_points: Vec<(u32, [u32; 2])>,
+    /// Of each of these, the pairs that may act before samples have moved or turned a little from where they were.
+    close_points: Vec<[u32; 2]>,
     close: Vec<u32>,
     close_at: Vec<Placed>,
-    /// All samples in lists, ascending, and each sample's position in it.
-    near: Vec<u32>,
-    slots: Vec<u32>,
     amplification: f64,
     rebuilds: u64,
     /// Sums of the last step.
@@ -204,7 +203,6 @@ impl DeformableContact {
             close: Vec::new(),
             close_at: Vec::new(),
             near: Vec::new(),
-            slots: Vec::new(),
             amplification: 1.0,
             rebuilds: 0,
             between: Vec::new(),
@@ -338,7 +336,6 @@ impl DeformableContact {
             + size_of_val(&*self.close)
             + size_of_val(&*self.close_at)
             + size_of_val(&*self.near)
-            + size_of_val(&*self.slots)
     }
 
     /// Estimate (1/s²) of what the contact adds to the largest eigenvalue of `M⁻¹K`: as if every point that is opposite
@@ -350,8 +347,7 @@ impl DeformableContact {
     /// If `masses` (kg) is shorter than the samples' nodes require.
     #[must_use]
     pub fn largest_eigenvalue(&self, masses: &[f64]) -> f64 {
-        let place = |&s: &u32| self.disks.place(s as usize, &self.state.listed_at);
-        let placed: Vec<Placed> = self.near.iter().map(place).collect();
+        let placed = self.place(&self.state.listed_at);
         let (mut springs, mut pairs) = (Vec::new(), Vec::new());
         for (point, list) in self
             .points
@@ -359,8 +355,9 @@ impl DeformableContact {
             .map(|(p, range)| (*p, self.listed(range)))
         {
             self.find_pairs(point, list, &placed, NEAR + MARGIN, &mut pairs);
-            let half = 0.5 * self.disks.samples[point as usize].area / press::norm(&pairs);
-            let slot = self.slots[point as usize] as usize;
+            let slot = point as usize;
+            let half =
+                0.5 * self.disks.samples[self.near[slot] as usize].area / press::norm(&pairs);
             springs.extend(pairs.iter().map(|pair| {
                 let n = placed[pair.slot as usize].n;
                 (
@@ -402,6 +399,10 @@ impl DeformableContact {
 
     fn listed(&self, [begin, end]: &[u32; 2]) -> &[u32] {
         &self.lists[*begin as usize..*end as usize]
+    }
+
+    fn closest(&self, [begin, end]: &[u32; 2]) -> &[u32] {
+        &self.close[*begin as usize..*end as usize]
     }
 
     fn stiffness(&self, a: u32, b: u32) -> f64 {
@@ -446,13 +447,7 @@ impl DeformableContact {
         if self.points.is_empty() {
             return;
         }
-        let place = |&sample: &u32| self.disks.place(sample as usize, positions);
-        let placed: Vec<Placed> = self
-            .near
-            .par_iter()
-            .with_min_len(CHUNK)
-            .map(place)
-            .collect();
+        let placed = self.place(positions);
         self.update_close(&placed);
         let motion = |&sample: &u32| self.disks.gather(sample as usize, moved.by);
         let motions: Vec<_> = if self.rubs || self.settings.drag > 0.0 {
@@ -470,11 +465,12 @@ impl DeformableContact {
             RigidMotions::default()
         };
         let step = (moved, &rigid);
-        let chunks: Vec<Chunk> = (self.close_points.par_chunks(CHUNK))
-            .map(|points| {
+        let points = self.points.par_chunks(CHUNK);
+        let chunks: Vec<Chunk> = (points.zip(self.close_points.par_chunks(CHUNK)))
+            .map(|(points, ranges)| {
                 let (mut chunk, mut pairs) = (Chunk::default(), Vec::new());
-                for (point, range) in points {
-                    let list = &self.close[range[0] as usize..range[1] as usize];
+                for ((point, _), range) in points.iter().zip(ranges) {
+                    let list = self.closest(range);
                     self.find_pairs(*point, list, &placed, NEAR, &mut pairs);
                     self.press(*point, &pairs, (&placed, &motions), step, &mut chunk);
                 }

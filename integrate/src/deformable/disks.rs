@@ -49,12 +49,16 @@ pub struct ContactDisks {
     pub(crate) reach: Vec<f64>,
 }
 
-/// A sample where its nodes are.
+/// A sample where its nodes are. What rules a pair out is in the first line of cache.
 #[derive(Debug, Clone, Copy, Default)]
+#[repr(C, align(64))]
 pub(crate) struct Placed {
     pub(crate) x: DVec3,
-    pub(crate) t: [DVec3; 2],
     pub(crate) n: DVec3,
+    pub(crate) thickness: f64,
+    pub(crate) spacing: f64,
+    pub(crate) t: [DVec3; 2],
+    pub(crate) reach: f64,
     /// `(TᵀT)⁻¹`: its entries 11, 12 and 22.
     pub(crate) inverse: [f64; 3],
     /// `|t₁ × t₂|`: its area over that at rest.
@@ -197,24 +201,27 @@ impl ContactDisks {
 
     pub(crate) fn place(&self, sample: usize, positions: &[DVec3]) -> Placed {
         let (x, t) = self.gather(sample, positions);
-        if self.reach[sample] == 0.0 {
-            let n = self.samples[sample].normal;
-            return Placed {
-                x,
-                n,
-                area: 1.0,
-                ..Placed::default()
-            };
+        let at = Placed {
+            x,
+            n: self.samples[sample].normal,
+            thickness: self.thickness[sample],
+            spacing: self.samples[sample].spacing,
+            reach: self.reach[sample],
+            area: 1.0,
+            ..Placed::default()
+        };
+        if at.reach == 0.0 {
+            return at;
         }
         let (a, b, c) = (t[0].length_squared(), t[0].dot(t[1]), t[1].length_squared());
         let determinant = (a * c - b * b).max(f64::MIN_POSITIVE);
         let normal = t[0].cross(t[1]);
         Placed {
-            x,
             t,
             n: normal.normalize_or_zero(),
             area: normal.length(),
             inverse: [c / determinant, -b / determinant, a / determinant],
+            ..at
         }
     }
 

@@ -14,7 +14,9 @@ impl DeformableContact {
         }
         self.update_lists(positions, &[]);
         let mut energies = vec![0.0; self.disks.len()];
-        self.each_point(positions, |point, pairs| {
+        let placed = self.place(positions);
+        self.update_close(&placed);
+        self.each_point(&placed, true, |point, pairs| {
             [energies[point], _] = self.springs(point, pairs, self.state.offsets[point]);
         });
         energies
@@ -25,7 +27,10 @@ impl DeformableContact {
         self.update_lists(positions, &[]);
         let stored = std::mem::take(&mut self.stored);
         let mut offsets = std::mem::take(&mut self.state.offsets);
-        self.each_point(positions, |point, pairs| {
+        let mut now = 0.0;
+        let placed = self.place(positions);
+        self.update_close(&placed);
+        self.each_point(&placed, true, |point, pairs| {
             let gaps = pairs.iter().map(|pair| pair.gap);
             let least = gaps.fold(f64::INFINITY, f64::min);
             let kept = stored.get(point).copied().unwrap_or(0.0);
@@ -43,10 +48,9 @@ impl DeformableContact {
                 }
             }
             *offset = low;
+            now += self.springs(point, pairs, low)[0];
         });
         self.state.offsets = offsets;
-        let energies = self.energies(positions);
-        let change = energies.iter().sum::<f64>() - stored.iter().sum::<f64>();
-        self.state.offset_work += change;
+        self.state.offset_work += now - stored.iter().sum::<f64>();
     }
 }

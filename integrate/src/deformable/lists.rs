@@ -202,48 +202,87 @@ impl DeformableContact {
         reach.map(move |reach| reach.hypot(deepest) + margin)
     }
 
-    /// Lists those of the pairs that may act on each other until a sample has moved by half of [`CLOSE_MARGIN`] or turned by
-    /// [`TURN`], if one has since the last time. What pairs do is the same with any such lists.
+    /// Sees to it that close lists name all pairs that may act: a sample that has moved by half of [`CLOSE_MARGIN`] or turned by
+    /// [`TURN`] since it was last looked at is looked at again with its pairs, and those that have come half as far. What pairs
+    /// do is the same with any such lists.
     pub(super) fn update_close(&mut self, placed: &[Placed]) {
         let room = 0.5 * CLOSE_MARGIN * self.widest();
-        let stays = |(now, then): (&Placed, &Placed)| {
-            let turns = [now.n - then.n, now.t[0] - then.t[0], now.t[1] - then.t[1]];
-            now.x.distance_squared(then.x) < room * room
-                && turns.iter().all(|by| by.length_squared() < TURN * TURN)
+        let is_first = self.close_at.len() != placed.len();
+        if is_first {
+            self.close_at.clear();
+            self.close_at.extend_from_slice(placed);
+            self.close_points.clear();
+            self.close_points.resize(self.points.len(), [0; 2]);
+        }
+        let goes = |part: f64| {
+            let (far, turn) = (part * part * room * room, part * part * TURN * TURN);
+            move |(now, then): (&Placed, &Placed)| {
+                let turns = [now.n - then.n, now.t[0] - then.t[0], now.t[1] - then.t[1]];
+                now.x.distance_squared(then.x) >= far
+                    || turns.iter().any(|by| by.length_squared() >= turn)
+            }
         };
-        let same = self.close_at.len() == placed.len();
-        if same && placed.iter().zip(&self.close_at).all(stays) {
+        let pairs = || placed.iter().zip(&self.close_at);
+        if !is_first && !pairs().any(goes(1.0)) {
             return;
         }
-        self.close_at.clear();
-        self.close_at.extend_from_slice(placed);
-        let mut close = std::mem::take(&mut self.close);
-        close.clear();
-        self.close_points.clear();
-        for (point, range) in &self.points {
-            let begin = index(close.len());
-            let list = self.lists[range[0] as usize..range[1] as usize].iter();
-            close.extend(list.filter(|&&other| self.may_act(*point, other, placed, room)));
-            self.close_points
-                .push((*point, [begin, index(close.len())]));
+        let gone = pairs().map(goes(if is_first { 0.0 } else { 0.5 }));
+        let gone: Vec<bool> = gone.collect();
+        for ((then, now), gone) in self.close_at.iter_mut().zip(placed).zip(&gone) {
+            if *gone {
+                *then = *now;
+            }
         }
-        self.close = close;
+        let task = |(points, closes): (&[(u32, [u32; 2])], &[[u32; 2]])| {
+            let mut ends = Vec::with_capacity(points.len());
+            let mut close: Vec<u32> = Vec::new();
+            for ((point, range), close_range) in points.iter().zip(closes) {
+                let mut were = self.closest(close_range).iter().peekable();
+                let all = gone[*point as usize];
+                let stays = |other: &&u32| {
+                    let was = were.next_if_eq(other).is_some();
+                    if all || gone[**other as usize] {
+                        self.may_act(*point, **other, room)
+                    } else {
+                        was
+                    }
+                };
+                close.extend(self.listed(range).iter().filter(stays));
+                ends.push(close.len());
+            }
+            (close, ends)
+        };
+        let tasks = self.points.par_chunks(CHUNK);
+        let tasks: Vec<_> = (tasks.zip(self.close_points.par_chunks(CHUNK)))
+            .map(task)
+            .collect();
+        self.close.clear();
+        self.close_points.clear();
+        for (close, ends) in tasks {
+            let first = self.close.len();
+            self.close.extend(close);
+            let mut begin = index(first);
+            for end in ends {
+                let end = index(first + end);
+                self.close_points.push([begin, end]);
+                begin = end;
+            }
+        }
     }
 
-    /// Whether a point may come to act on a disk before one of them has moved by `room` (m) or turned by [`TURN`].
-    fn may_act(&self, point: u32, other: u32, placed: &[Placed], room: f64) -> bool {
-        let [p, q] = [point, other].map(|s| &placed[self.slots[s as usize] as usize]);
-        let [at, on] = [point, other].map(|s| &self.disks.samples[s as usize]);
-        let [own, thickness] = [point, other].map(|s| self.disks.thickness[s as usize]);
+    /// Whether a point may come to act on a disk before one of them has moved by `room` (m) or turned by [`TURN`] from where
+    /// it was last looked at.
+    fn may_act(&self, point: u32, other: u32, room: f64) -> bool {
+        let [p, q] = [point, other].map(|slot| &self.close_at[slot as usize]);
+        if p.n.dot(q.n) > FACING + 2.5 * TURN {
+            return false;
+        }
         let arm = p.x - q.x;
         let raw = q.n.dot(arm);
-        let gap = raw - own - thickness;
-        let spacing = at.spacing.min(on.spacing);
+        let gap = raw - p.thickness - q.thickness;
+        let spacing = p.spacing.min(q.spacing);
         let wander = 2.0 * room + TURN * (arm.length() + 2.0 * room);
-        if p.n.dot(q.n) > FACING + 2.5 * TURN
-            || gap > NEAR * spacing + wander
-            || gap < -DEEPEST * spacing - wander
-        {
+        if gap > NEAR * spacing + wander || gap < -DEEPEST * spacing - wander {
             return false;
         }
         let [a, b] = q.solve([q.t[0].dot(arm), q.t[1].dot(arm)]);
@@ -253,7 +292,7 @@ impl DeformableContact {
         let steep = (0.5 * (aa + bb) + (0.25 * (aa - bb).powi(2) + ab * ab).sqrt()).sqrt();
         let turned = 1.5 * TURN * steep;
         let feet = 2.0 * room * steep + turned * (foot + raw.abs() * steep);
-        turned > 0.5 || foot < self.disks.reach[other as usize] + feet / (1.0 - turned)
+        turned > 0.5 || foot < q.reach + feet / (1.0 - turned)
     }
 
     fn widest(&self) -> f64 {
@@ -309,20 +348,20 @@ impl DeformableContact {
         };
         (self.points, self.lists) = candidates(places, &open, far, meets);
         self.close_at.clear();
-        let is_near = |&sample: &u32| sample != u32::MAX;
-        self.slots.clear();
-        self.slots.resize(samples.len(), u32::MAX);
-        for &sample in self
-            .points
-            .iter()
-            .map(|(point, _)| point)
-            .chain(&self.lists)
-        {
-            self.slots[sample as usize] = sample;
+        let mut slots = vec![u32::MAX; samples.len()];
+        let named = || self.points.iter().map(|(point, _)| point);
+        for &sample in named().chain(&self.lists) {
+            slots[sample as usize] = sample;
         }
-        self.near = self.slots.iter().copied().filter(is_near).collect();
-        for (slot, &sample) in self.near.iter().enumerate() {
-            self.slots[sample as usize] = index(slot);
+        self.near = slots.iter().copied().filter(|s| *s != u32::MAX).collect();
+        for (slot, &sample) in (0..).zip(&self.near) {
+            slots[sample as usize] = slot;
+        }
+        for (point, _) in &mut self.points {
+            *point = slots[*point as usize];
+        }
+        for sample in &mut self.lists {
+            *sample = slots[*sample as usize];
         }
     }
 }

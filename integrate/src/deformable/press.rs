@@ -4,9 +4,11 @@ use super::disks::{Placed, REACH};
 use super::drag::{Drag, RigidMotions};
 use super::sums::{DeformableForce, sum_of};
 use super::{
-    DEEPEST, DeformableContact, FACING, FACING_IN_FULL, FADE, MOST_LEARNING, Moved, NEAR, SINKING,
+    CHUNK, DEEPEST, DeformableContact, FACING, FACING_IN_FULL, FADE, MOST_LEARNING, Moved, NEAR,
+    SINKING,
 };
 use glam::DVec3;
+use rayon::prelude::*;
 
 /// How fast an offset is forgotten, over how fast it learns: pressure ends at that of a penalty `1 + 1/LEAK` times as
 /// stiff. There are more points than nodes, so that gaps cannot all close: without it offsets drift against each other
@@ -126,7 +128,7 @@ fn energy_of([a, b]: [f64; 2]) -> f64 {
 }
 
 impl DeformableContact {
-    /// Disks that a point is opposite of, no farther above them than `near` (spacings).
+    /// Disks, of a list, that a point is opposite of, no farther above them than `near` (spacings).
     pub(super) fn find_pairs(
         &self,
         point: u32,
@@ -136,26 +138,22 @@ impl DeformableContact {
         pairs: &mut Vec<Pair>,
     ) {
         pairs.clear();
-        let p = &placed[self.slots[point as usize] as usize];
-        let at = &self.disks.samples[point as usize];
-        let thickness = self.disks.thickness[point as usize];
+        let p = &placed[point as usize];
         let [own, own_slope] = smooth_step(p.area, COLLAPSED, WHOLE);
-        for &other in list {
-            let slot = self.slots[other as usize];
-            let (q, on) = (&placed[slot as usize], &self.disks.samples[other as usize]);
+        for &slot in list {
+            let q = &placed[slot as usize];
             let cosine = p.n.dot(q.n);
             let arm = p.x - q.x;
             let raw = q.n.dot(arm);
-            let gap = raw - thickness - self.disks.thickness[other as usize];
-            let spacing = at.spacing.min(on.spacing);
+            let gap = raw - p.thickness - q.thickness;
+            let spacing = p.spacing.min(q.spacing);
             let depth = gap / spacing;
             // Where a smooth step begins.
             if cosine >= FACING || depth >= near || depth <= -DEEPEST {
                 continue;
             }
             let xi = q.solve([q.t[0].dot(arm), q.t[1].dot(arm)]);
-            let reach = self.disks.reach[other as usize];
-            let inside = 1.0 - (xi[0] * xi[0] + xi[1] * xi[1]) / (reach * reach);
+            let inside = 1.0 - (xi[0] * xi[0] + xi[1] * xi[1]) / (q.reach * q.reach);
             let [opposite, slope] = smooth_step(q.area, COLLAPSED, WHOLE);
             let whole = (own * opposite, [own_slope * opposite, own * slope]);
             if inside > 0.0 && whole.0 > 0.0 {
@@ -164,6 +162,7 @@ impl DeformableContact {
                 let [deep, slope_deep] = smooth_step(depth, -DEEPEST, SINKING - DEEPEST);
                 let close = [out * deep, (slope_out * deep + out * slope_deep) / spacing];
                 let phi = inside * inside * faces[0] * close[0] * whole.0;
+                let [point, other] = [point, slot].map(|slot| self.near[slot as usize]);
                 let stiffness = self.stiffness(point, other);
                 let friction = if self.rubs {
                     self.friction(point, other)
@@ -187,15 +186,30 @@ impl DeformableContact {
         }
     }
 
-    /// What the pairs of each listed point are where nodes are (m).
-    pub(super) fn each_point(&self, positions: &[DVec3], mut visit: impl FnMut(usize, &[Pair])) {
-        let place = |&sample: &u32| self.disks.place(sample as usize, positions);
-        let placed: Vec<Placed> = self.near.iter().map(place).collect();
+    /// What the pairs of each listed point are where samples are, of close lists that were made for these places or of all.
+    pub(super) fn each_point(
+        &self,
+        placed: &[Placed],
+        of_close: bool,
+        mut visit: impl FnMut(usize, &[Pair]),
+    ) {
         let mut pairs = Vec::new();
-        for (point, range) in &self.points {
-            self.find_pairs(*point, self.listed(range), &placed, NEAR, &mut pairs);
-            visit(*point as usize, &pairs);
+        for (point, (slot, range)) in self.points.iter().enumerate() {
+            let list = if of_close {
+                self.closest(&self.close_points[point])
+            } else {
+                self.listed(range)
+            };
+            self.find_pairs(*slot, list, placed, NEAR, &mut pairs);
+            visit(self.near[*slot as usize] as usize, &pairs);
         }
+    }
+
+    /// All samples in lists where nodes are (m).
+    pub(super) fn place(&self, positions: &[DVec3]) -> Vec<Placed> {
+        let place = |&sample: &u32| self.disks.place(sample as usize, positions);
+        let near = self.near.par_iter().with_min_len(CHUNK);
+        near.map(place).collect()
     }
 
     /// Energy (J) and normal force (N) of the springs of a point with an offset (m). Half, as the other side has points,
@@ -226,14 +240,14 @@ impl DeformableContact {
     /// Forces of a point's pairs, and what it learns.
     pub(super) fn press(
         &self,
-        point: u32,
+        slot: u32,
         pairs: &[Pair],
         (placed, motions): (&[Placed], &[(DVec3, [DVec3; 2])]),
         (moved, rigid): (&Moved<'_>, &RigidMotions),
         chunk: &mut Chunk,
     ) {
+        let point = self.near[slot as usize];
         let at = &self.disks.samples[point as usize];
-        let slot = self.slots[point as usize];
         let mut offset = self.state.offsets[point as usize];
         if offset.is_nan() {
             // No push before anything moves.
@@ -259,7 +273,6 @@ impl DeformableContact {
         }
         // Half: the other side has points, too.
         let spring = |pair: &Pair| 0.5 * at.area * pair.stiffness;
-        let reach = |pair: &Pair| self.disks.reach[self.near[pair.slot as usize] as usize];
         let sum: f64 = pairs.iter().map(|pair| pair.phi).sum();
         let norm = norm(pairs);
         let [mean, normal] = self.springs(point as usize, pairs, offset);
@@ -297,8 +310,7 @@ impl DeformableContact {
             let per_weight = (stored - if norm > LEAST { mean } else { 0.0 }) / norm;
             let (whole, spread) = pair.whole;
             let all = per_weight * whole;
-            let slope =
-                4.0 * pair.inside * pair.facing[0] * pair.close[0] / reach(pair).powi(2) * all;
+            let slope = 4.0 * pair.inside * pair.facing[0] * pair.close[0] / q.reach.powi(2) * all;
             let bend = -all * pair.inside.powi(2) * pair.facing[1] * pair.close[0];
             let fade = -all * pair.inside.powi(2) * pair.facing[0] * pair.close[1];
             let spread = spread.map(|by_area| {
