@@ -233,7 +233,7 @@ impl DeformableContact {
                 *then = *now;
             }
         }
-        let task = |(points, closes): (&[(u32, [u32; 2])], &[[u32; 2]])| {
+        let task = |points: &[(u32, [u32; 2])], closes: &[[u32; 2]]| {
             let mut ends = Vec::with_capacity(points.len());
             let mut close: Vec<u32> = Vec::new();
             for ((point, range), close_range) in points.iter().zip(closes) {
@@ -254,7 +254,7 @@ impl DeformableContact {
         };
         let tasks = self.points.par_chunks(CHUNK);
         let tasks: Vec<_> = (tasks.zip(self.close_points.par_chunks(CHUNK)))
-            .map(task)
+            .map(|(points, closes)| task(points, closes))
             .collect();
         self.close.clear();
         self.close_points.clear();
