@@ -141,6 +141,9 @@ pub struct DeformableContact {
     margin: f64,
     /// Where samples (m) were when pairs were listed.
     places: Vec<DVec3>,
+    /// Where nodes were (m) when lists were last found to hold, and how far (m) samples may move from there.
+    held_at: Vec<DVec3>,
+    held_for: f64,
     /// All samples in lists, ascending; lists name their positions in it.
     near: Vec<u32>,
     /// Points with candidates, and their ranges in `lists`.
@@ -197,6 +200,8 @@ impl DeformableContact {
             state: DeformableState::default(),
             margin: MARGIN,
             places: Vec::new(),
+            held_at: Vec::new(),
+            held_for: 0.0,
             points: Vec::new(),
             lists: Vec::new(),
             close_points: Vec::new(),
@@ -330,6 +335,7 @@ impl DeformableContact {
             + size_of_val(&*self.state.listed_at)
             + size_of_val(&*self.state.forces)
             + size_of_val(&*self.places)
+            + size_of_val(&*self.held_at)
             + size_of_val(&*self.points)
             + size_of_val(&*self.lists)
             + size_of_val(&*self.close_points)

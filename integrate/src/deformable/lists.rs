@@ -57,7 +57,7 @@ impl Part {
 /// # Arguments
 /// * `open` -- whether a point may meet others at all.
 /// * `far` -- distance (m) beyond which nothing meets.
-/// * `meets` -- whether a point meets another.
+/// * `meets` -- whether a point meets another at a squared distance (m²).
 #[allow(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
@@ -67,7 +67,7 @@ pub(super) fn candidates(
     points: &[DVec3],
     open: &[bool],
     far: f64,
-    meets: impl Fn(u32, u32) -> bool + Sync,
+    meets: impl Fn(u32, u32, f64) -> bool + Sync,
 ) -> (Vec<(u32, [u32; 2])>, Vec<u32>) {
     let all = || {
         (0_u32..)
@@ -96,10 +96,11 @@ pub(super) fn candidates(
     for c in 1..starts.len() {
         starts[c] += starts[c - 1];
     }
-    let (mut next, mut members) = (starts.clone(), vec![0_u32; points.len()]);
+    // In the order of cells, so that memory is read in order.
+    let (mut next, mut members) = (starts.clone(), vec![(DVec3::ZERO, 0); points.len()]);
     for (point, x) in all() {
         let at = &mut next[number(cell(*x))];
-        members[*at] = point;
+        members[*at] = (*x, point);
         *at += 1;
     }
     let (starts, members) = (&starts, &members);
@@ -111,8 +112,11 @@ pub(super) fn candidates(
             for b in around(j, ny) {
                 for a in around(i, nx) {
                     let cell = number([a, b, c]);
-                    let others = members[starts[cell]..starts[cell + 1]].iter().copied();
-                    met.extend(others.filter(|&other| other != point && meets(point, other)));
+                    for &(y, other) in &members[starts[cell]..starts[cell + 1]] {
+                        if other != point && meets(point, other, x.distance_squared(y)) {
+                            met.push(other);
+                        }
+                    }
                 }
             }
         }
@@ -143,12 +147,22 @@ impl DeformableContact {
     /// far from all others (`pieces` as in [`super::Moved`], empty: none is free); whether it did. [`Self::add_forces`] does so by
     /// itself.
     pub fn update_lists(&mut self, positions: &[DVec3], pieces: &[u32]) -> bool {
-        let least = 0.5 * self.margin() / self.amplification;
-        let stays = |(a, b): (&DVec3, &DVec3)| a.distance_squared(*b) < least * least;
-        let same = self.state.listed_at.len() == positions.len();
-        let mut nodes = positions.iter().zip(&self.state.listed_at);
-        if same && (nodes.all(stays) || self.lists_hold(positions, pieces)) {
+        let stays = |from: &[DVec3], room: f64| {
+            let room = room / self.amplification;
+            let stays = |(a, b): (&DVec3, &DVec3)| a.distance_squared(*b) < room * room;
+            from.len() == positions.len() && positions.iter().zip(from).all(stays)
+        };
+        if stays(&self.state.listed_at, 0.5 * self.margin()) || stays(&self.held_at, self.held_for)
+        {
             return false;
+        }
+        if self.state.listed_at.len() == positions.len() {
+            self.held_for = self.room_left(positions, pieces);
+            if self.held_for >= 0.0 {
+                self.held_at.clear();
+                self.held_at.extend_from_slice(positions);
+                return false;
+            }
         }
         self.state.listed_at.clear();
         self.state.listed_at.extend_from_slice(positions);
@@ -157,9 +171,10 @@ impl DeformableContact {
         true
     }
 
-    /// Whether no two samples have come nearer to each other than lists allow: those of a piece by how far they moved
-    /// otherwise than all of it, those of two pieces by their motions, too, unless the pieces are apart.
-    fn lists_hold(&self, positions: &[DVec3], pieces: &[u32]) -> bool {
+    /// How far (m) samples may move before two could have come nearer to each other than lists allow; negative if they could
+    /// have by now: those of a piece by how far they moved otherwise than all of it, those of two pieces by their motions, too,
+    /// unless the pieces are apart.
+    fn room_left(&self, positions: &[DVec3], pieces: &[u32]) -> f64 {
         let (margin, far) = (self.margin(), self.fars().fold(0.0, f64::max));
         let of = |sample: usize| {
             let first = self.disks.row(sample).start;
@@ -187,12 +202,17 @@ impl DeformableContact {
             let part = &mut parts[*piece];
             part.off = part.off.max(by.distance(part.drift));
         }
-        (parts.iter().enumerate()).all(|(k, a)| {
-            a.off < 0.5 * margin
-                && parts[..k].iter().all(|b| {
-                    a.off + b.off + a.drift.distance(b.drift) < margin || a.is_apart(b, far)
-                })
-        })
+        // Samples that move by 1 change what is off by 2, as the drift may be 1 against them.
+        let mut room = f64::INFINITY;
+        for (k, a) in parts.iter().enumerate() {
+            room = room.min((0.5 * margin - a.off) / 2.0);
+            for b in &parts[..k] {
+                let left = (margin - a.off - b.off - a.drift.distance(b.drift)) / 6.0;
+                let is_apart = left < 0.0 && a.is_apart(b, far);
+                room = room.min(if is_apart { 0.0 } else { left });
+            }
+        }
+        room
     }
 
     /// Distances (m) beyond which nothing meets each disk.
@@ -336,18 +356,20 @@ impl DeformableContact {
                 })
         };
         let open: Vec<bool> = samples.iter().zip(places).map(is_open).collect();
-        let meets = |p: u32, q: u32| {
-            let arm = places[p as usize] - places[q as usize];
-            let (a, b) = (&samples[p as usize], &samples[q as usize]);
+        let meets = |p: u32, q: u32, distance_squared: f64| {
             let far = fars[q as usize];
-            arm.length_squared() < far * far
-                && self.disks.reach[q as usize] > 0.0
+            if distance_squared >= far * far {
+                return false;
+            }
+            let (a, b) = (&samples[p as usize], &samples[q as usize]);
+            self.disks.reach[q as usize] > 0.0
                 && allowed(a.body, b.body)
                 && (a.body != b.body
                     || !are_neighbors(a, b) && (a.flank || !self.disks.share_nodes(p, q)))
         };
         (self.points, self.lists) = candidates(places, &open, far, meets);
         self.close_at.clear();
+        self.held_at.clear();
         let mut slots = vec![u32::MAX; samples.len()];
         let named = || self.points.iter().map(|(point, _)| point);
         for &sample in named().chain(&self.lists) {

@@ -57,7 +57,7 @@ fn cells_find_all_and_a_fallen_piece_costs_nothing() {
         let open: Vec<bool> = (0..points.len()).map(|n| n % 7 != 0).collect();
         let meets = |a: u32, b: u32| points[a as usize].distance(points[b as usize]) < 0.3;
         let count = AtomicUsize::new(0);
-        let (found, lists) = candidates(&points, &open, 0.3, |a, b| {
+        let (found, lists) = candidates(&points, &open, 0.3, |a, b, _| {
             count.fetch_add(1, Ordering::Relaxed);
             meets(a, b)
         });

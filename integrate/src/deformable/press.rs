@@ -295,14 +295,18 @@ impl DeformableContact {
             (placed, motions),
         );
         let mut normals = DVec3::ZERO;
+        let is_pressed = pairs.iter().any(|pair| offset > pair.gap);
         for pair in pairs {
             let q = &placed[pair.slot as usize];
             let share = pair.phi / norm;
-            let deep = (offset - pair.gap).max(0.0);
-            let stored = 0.5 * spring(pair) * deep * deep;
             let other = self.disks.samples[self.near[pair.slot as usize] as usize].body;
             let between = sum_of(&mut chunk.between, [at.body, other]);
             between.penetration = between.penetration.max(-gap * sum / norm);
+            if !is_pressed {
+                continue;
+            }
+            let deep = (offset - pair.gap).max(0.0);
+            let stored = 0.5 * spring(pair) * deep * deep;
             if deep > 0.0 {
                 between.area += 0.5 * at.area * share;
             }
