@@ -15,8 +15,8 @@ mod smoothed;
 use super::*;
 use crate::law::fiber::Fiber;
 use crate::law::prony::PronyTerm;
+use crate::law::tensor::outer;
 use glam::{DMat3, DQuat, DVec3};
-use rayon::ThreadPoolBuilder;
 use testkit::block::Block;
 use testkit::cloud::Random;
 use testkit::derivative::central_sweep;
@@ -33,36 +33,22 @@ fn stencils(block: &Block) -> Stencils<'_> {
     }
 }
 
-fn model(block: &Block, material: Material, alpha: f64) -> Elastic {
-    let nodes = Nodes {
-        rest_positions: &block.positions,
-        volumes: &block.volumes,
-    };
-    let settings = Settings {
-        stabilization: alpha,
-        ..Settings::default()
-    };
-    Elastic::new(
-        &stencils(block),
-        &nodes,
-        &Materials::Uniform(material),
-        &settings,
-    )
-    .expect("the test block is valid")
+fn try_built(
+    block: &Block,
+    materials: &Materials<'_>,
+    settings: &Settings,
+) -> Result<Elastic, ElasticError> {
+    let nodes = Nodes::new(&block.positions, &block.volumes);
+    Elastic::new(&stencils(block), &nodes, materials, settings)
 }
 
 fn built(block: &Block, material: Material, settings: &Settings) -> Elastic {
-    let nodes = Nodes {
-        rest_positions: &block.positions,
-        volumes: &block.volumes,
-    };
-    Elastic::new(
-        &stencils(block),
-        &nodes,
-        &Materials::Uniform(material),
-        settings,
-    )
-    .expect("the test block is valid")
+    let body = try_built(block, &Materials::Uniform(material), settings);
+    body.expect("the test block is valid")
+}
+
+fn model(block: &Block, material: Material, alpha: f64) -> Elastic {
+    built(block, material, &controlled(alpha))
 }
 
 fn mean() -> Settings {
@@ -72,10 +58,17 @@ fn mean() -> Settings {
     }
 }
 
-fn bare() -> Settings {
+fn controlled(stabilization: f64) -> Settings {
     Settings {
-        stabilization: 0.0,
+        stabilization,
         ..Settings::default()
+    }
+}
+
+fn term(ratio: f64, relaxation_time: f64) -> PronyTerm {
+    PronyTerm {
+        ratio,
+        relaxation_time,
     }
 }
 
@@ -94,11 +87,70 @@ fn block() -> Block {
 
 fn shaken(block: &Block, by: f64, seed: u64) -> Vec<DVec3> {
     let mut random = Random::new(seed);
-    block
-        .positions
-        .iter()
-        .map(|x| *x + random.vector(by))
+    let shaken = block.positions.iter().map(|x| *x + random.vector(by));
+    shaken.collect()
+}
+
+fn turned(turn: DQuat, x: &[DVec3]) -> Vec<DVec3> {
+    x.iter().map(|x| turn * *x).collect()
+}
+
+/// Energy and forces at some positions.
+fn evaluated(body: &mut Elastic, x: &[DVec3]) -> (f64, Vec<DVec3>) {
+    let mut forces = vec![DVec3::ZERO; x.len()];
+    let energy = body.forces_into(x, &mut forces);
+    (energy, forces)
+}
+
+fn product(body: &mut Elastic, vector: &[DVec3]) -> Vec<DVec3> {
+    let mut product = vec![DVec3::ZERO; vector.len()];
+    body.tangent_product_into(vector, &mut product);
+    product
+}
+
+/// Products with a part's stiffness of a random vector, within it and of the whole: node, what is found and what is expected.
+fn products_of(body: &mut Elastic, nodes: &[u32]) -> Vec<(u32, DVec3, DVec3)> {
+    let part = body.part(nodes);
+    let mut random = Random::new(3);
+    let inside: Vec<DVec3> = part.nodes().iter().map(|_| random.vector(1.0)).collect();
+    let mut whole = vec![DVec3::ZERO; body.node_count()];
+    for (&node, v) in part.nodes().iter().zip(&inside) {
+        whole[node as usize] = *v;
+    }
+    let expected = product(&mut body.clone(), &whole);
+    let mut found = inside.clone();
+    body.tangent_product_within(&part, &inside, &mut found);
+    let all = part.nodes().iter().zip(found);
+    all.map(|(&node, found)| (node, found, expected[node as usize]))
         .collect()
+}
+
+/// Reports to a model that was never evaluated there what another one found around a part at `x`.
+fn check_told(body: &mut Elastic, told: &mut Elastic, nodes: &[u32], x: &[DVec3]) {
+    let part = body.part(nodes);
+    let mut random = Random::new(3);
+    let v: Vec<DVec3> = nodes.iter().map(|_| random.vector(1.0)).collect();
+    let (mut expected, mut found) = (v.clone(), v.clone());
+    body.tangent_product_within(&part, &v, &mut expected);
+    let gradient = |&node: &u32| body.deformation_gradient(node as usize);
+    let gradients: Vec<DMat3> = part.rows().iter().map(gradient).collect();
+    let ends: Vec<DVec3> = part.ends().iter().map(|&node| x[node as usize]).collect();
+    assert!(!ends.is_empty(), "bonds of deficient nodes, or fronts");
+    told.tangent_product_within(&part, &v, &mut found);
+    assert_ne!(found, expected, "of another state");
+    told.set_part_state(&part, &gradients, &ends);
+    told.tangent_product_within(&part, &v, &mut found);
+    assert_eq!(found, expected);
+}
+
+fn largest(v: &[DVec3]) -> f64 {
+    v.iter().map(|v| v.length()).fold(0.0, f64::max)
+}
+
+/// Sizes of the sum of forces and of that of their moments.
+fn momenta(x: &[DVec3], forces: &[DVec3]) -> [f64; 2] {
+    let torque: DVec3 = x.iter().zip(forces).map(|(x, f)| x.cross(*f)).sum();
+    [forces.iter().sum::<DVec3>().length(), torque.length()]
 }
 
 fn dot(a: &[DVec3], b: &[DVec3]) -> f64 {
@@ -113,39 +165,30 @@ fn moved(x: &[DVec3], d: &[DVec3], t: f64) -> Vec<DVec3> {
 fn check_derivatives(what: &str, body: &mut Elastic, x: &[DVec3], step: f64, scale: f64) {
     let n = body.node_count();
     let mut random = Random::new(99);
-    let mut f = vec![DVec3::ZERO; n];
-    let mut g = vec![DVec3::ZERO; n];
-    let mut kv = vec![DVec3::ZERO; n];
     let flat = |v: &[DVec3]| -> Vec<f64> { v.iter().flat_map(DVec3::to_array).collect() };
     let mut orders = 0;
     for _ in 0..3 {
         let d: Vec<DVec3> = (0..n).map(|_| random.vector(1.0)).collect();
         let v: Vec<DVec3> = (0..n).map(|_| random.vector(1.0)).collect();
-        body.forces_into(x, &mut f);
-        let slope = -dot(&f, &d);
+        let slope = -dot(&evaluated(body, x).1, &d);
         let sweep = central_sweep(
-            |t| vec![body.forces_into(&moved(x, &d, t), &mut g)],
+            |t| vec![evaluated(body, &moved(x, &d, t)).0],
             &[slope],
             step,
             scale * 1e-3,
         );
         orders += sweep.assert_second_order(&format!("{what}: force"), 1e-8);
-        body.forces_into(x, &mut f);
-        body.tangent_product_into(&d, &mut kv);
-        let sweep = central_sweep(
-            |t| {
-                body.forces_into(&moved(x, &d, t), &mut g);
-                flat(&g).into_iter().map(|g| -g).collect()
-            },
-            &flat(&kv),
-            step,
-            0.0,
-        );
+        evaluated(body, x);
+        let kd = product(body, &d);
+        let pull = |t: f64| {
+            let (_, forces) = evaluated(body, &moved(x, &d, t));
+            flat(&forces).into_iter().map(|f| -f).collect()
+        };
+        let sweep = central_sweep(pull, &flat(&kd), step, 0.0);
         orders += sweep.assert_second_order(&format!("{what}: tangent"), 1e-8);
-        let there = dot(&kv, &v);
-        body.forces_into(x, &mut f);
-        body.tangent_product_into(&v, &mut kv);
-        let back = dot(&kv, &d);
+        let there = dot(&kd, &v);
+        evaluated(body, x);
+        let back = dot(&product(body, &v), &d);
         assert_within(what, there, back, 1e-12 * there.abs().max(scale / step));
     }
     assert!(orders >= 6, "{what}: only {orders} orders seen");
@@ -166,9 +209,9 @@ fn brute_force(block: &Block, material: Material, alpha: f64, x: &[DVec3]) -> (f
         };
         for p in block.row(i) {
             let (big, w) = (block.offset(i, p), block.weights[p]);
-            grad += crate::law::tensor::outer(u(p), block.gradients[p]);
-            moment += crate::law::tensor::outer(big, big) * w;
-            s += crate::law::tensor::outer(u(p), big) * w;
+            grad += outer(u(p), block.gradients[p]);
+            moment += outer(big, big) * w;
+            s += outer(u(p), big) * w;
             spread += w * big.length_squared();
         }
         let (w, stress) = material.energy_and_stress(grad);
@@ -205,7 +248,7 @@ fn cut(block: &mut Block, keep: impl Fn(usize, usize) -> bool) -> Vec<u32> {
         let mut moment = DMat3::ZERO;
         for p in block.row(i) {
             let x = block.offset(i, p);
-            moment += crate::law::tensor::outer(x, x) * block.weights[p];
+            moment += outer(x, x) * block.weights[p];
         }
         block.matrices[i] = truncated_inverse(moment);
         if let Some(scale) = block.scales.get_mut(i) {
@@ -222,7 +265,7 @@ fn truncated_inverse(moment: DMat3) -> DMat3 {
     let mut inverse = DMat3::ZERO;
     for (value, vector) in values.into_iter().zip(vectors) {
         if value > 1e-3 * most && value > 0.0 {
-            inverse += crate::law::tensor::outer(vector, vector) * value.recip();
+            inverse += outer(vector, vector) * value.recip();
         }
     }
     inverse

@@ -6,46 +6,28 @@ use testkit::derivative::central_sweep;
 use testkit::tol::{assert_below, assert_within};
 
 use super::*;
-use crate::law::tensor::double_dot;
+use crate::law::tensor::{double_dot, outer};
 
 fn materials() -> Vec<(&'static str, Material)> {
+    let (neo, stable) = (Material::neo_hookean, Material::stable_neo_hookean);
+    let (green, mooney) = (Material::saint_venant_kirchhoff, Material::mooney_rivlin);
+    let spread = mooney(3.0, 0.4, 0.2).with_fiber(fiber(0.2));
     vec![
-        ("neo-hookean", Material::neo_hookean(3.0, 0.4)),
-        ("stable", Material::stable_neo_hookean(3.0, 0.45)),
+        ("neo-hookean", neo(3.0, 0.4)),
+        ("stable", stable(3.0, 0.45)),
         (
             "stable + volume",
-            Material::stable_neo_hookean(3.0, 0.2).with_volume_constant(2.0),
+            stable(3.0, 0.2).with_volume_constant(2.0),
         ),
-        (
-            "stable + barrier",
-            Material::stable_neo_hookean(3.0, 0.3).with_barrier(20.0),
-        ),
-        (
-            "neo + barrier",
-            Material::neo_hookean(3.0, 0.4).with_barrier(20.0),
-        ),
-        (
-            "svk + barrier",
-            Material::saint_venant_kirchhoff(3.0, 0.3).with_barrier(20.0),
-        ),
-        ("svk", Material::saint_venant_kirchhoff(3.0, 0.3)),
-        ("mooney", Material::mooney_rivlin(3.0, 0.45, 0.4)),
-        (
-            "svk + volume",
-            Material::saint_venant_kirchhoff(3.0, 0.3).with_volume_constant(7.0),
-        ),
-        (
-            "neo + fibers",
-            Material::neo_hookean(3.0, 0.4).with_fiber(fiber(0.0)),
-        ),
-        (
-            "mooney + spread fibers",
-            Material::mooney_rivlin(3.0, 0.4, 0.2).with_fiber(fiber(0.2)),
-        ),
-        (
-            "neo + volume",
-            Material::neo_hookean(3.0, 0.2).with_volume_constant(2.0),
-        ),
+        ("stable + barrier", stable(3.0, 0.3).with_barrier(20.0)),
+        ("neo + barrier", neo(3.0, 0.4).with_barrier(20.0)),
+        ("svk + barrier", green(3.0, 0.3).with_barrier(20.0)),
+        ("svk", green(3.0, 0.3)),
+        ("mooney", mooney(3.0, 0.45, 0.4)),
+        ("svk + volume", green(3.0, 0.3).with_volume_constant(7.0)),
+        ("neo + fibers", neo(3.0, 0.4).with_fiber(fiber(0.0))),
+        ("mooney + spread fibers", spread),
+        ("neo + volume", neo(3.0, 0.2).with_volume_constant(2.0)),
     ]
 }
 
@@ -58,12 +40,16 @@ fn fiber(dispersion: f64) -> Fiber {
     }
 }
 
+fn term(ratio: f64, relaxation_time: f64) -> PronyTerm {
+    PronyTerm {
+        ratio,
+        relaxation_time,
+    }
+}
+
 fn random_matrix(random: &mut Random, half: f64) -> DMat3 {
-    DMat3::from_cols(
-        random.vector(half),
-        random.vector(half),
-        random.vector(half),
-    )
+    let [x, y, z] = [(); 3].map(|()| random.vector(half));
+    DMat3::from_cols(x, y, z)
 }
 
 #[test]
@@ -94,31 +80,21 @@ fn stress_and_tangent_are_derivatives() {
                     strain.abs() < 0.2 || (strain - (20.0_f64 / 1.5).sqrt()).abs() < 0.2
                 });
             let (_, p) = material.energy_and_stress(f);
-            let stress = central_sweep(
-                |t| vec![material.energy_and_stress(f + d * t).0],
-                &[double_dot(p, d)],
-                1e-2,
-                1.0,
-            );
-            let tangent = central_sweep(
-                |t| flat(material.energy_and_stress(f + d * t).1),
-                &flat(dp),
-                1e-2,
-                1.0,
-            );
-            if seam {
-                seams += 1;
-                assert_below(&format!("{name}: stress"), stress.smallest(), 1e-8);
-                assert_below(&format!("{name}: tangent"), tangent.smallest(), 1e-2);
-            } else {
-                orders += stress.assert_second_order(&format!("{name}: stress"), 1e-8);
-                orders += tangent.assert_second_order(&format!("{name}: tangent"), 1e-8);
+            let along = |t: f64| material.energy_and_stress(f + d * t);
+            let stress = central_sweep(|t| vec![along(t).0], &[double_dot(p, d)], 1e-2, 1.0);
+            let tangent = central_sweep(|t| flat(along(t).1), &flat(dp), 1e-2, 1.0);
+            seams += u32::from(seam);
+            for (what, sweep, most) in [("stress", stress, 1e-8), ("tangent", tangent, 1e-2)] {
+                let what = format!("{name}: {what}");
+                if seam {
+                    assert_below(&what, sweep.smallest(), most);
+                } else {
+                    orders += sweep.assert_second_order(&what, 1e-8);
+                }
             }
         }
-        assert!(
-            orders > 60 && seams < 20,
-            "{name}: {orders} orders, {seams} seams"
-        );
+        let seen = orders > 60 && seams < 20;
+        assert!(seen, "{name}: {orders} orders, {seams} seams");
     }
 }
 
@@ -145,10 +121,8 @@ fn small_strain_moduli_are_those_asked_for() {
         if material.fiber.is_some() {
             continue;
         }
-        let (mu, lambda) = (
-            material.lame_mu(),
-            material.lame_lambda() + material.volume_constant,
-        );
+        let mu = material.lame_mu();
+        let lambda = material.lame_lambda() + material.volume_constant;
         let d = random_matrix(&mut random, 1.0);
         let strain = (d + d.transpose()) * 0.5;
         let trace = strain.x_axis.x + strain.y_axis.y + strain.z_axis.z;
@@ -168,10 +142,8 @@ fn inversion_is_pushed_back() {
         for j in [0.05_f64, 0.0, -0.3, -1.0] {
             let f = DMat3::from_diagonal(DVec3::new(1.0, 1.0, j));
             let (energy, stress) = material.energy_and_stress(f);
-            assert!(
-                energy.is_finite() && energy > 0.0,
-                "{name} at {j}: {energy}"
-            );
+            let held = energy.is_finite() && energy > 0.0;
+            assert!(held, "{name} at {j}: {energy}");
             // Negative: more stretch along z lowers the energy.
             if logarithmic || j > 0.0 {
                 assert!(stress.z_axis.z < 0.0, "{name} at {j}: {stress}");
@@ -207,6 +179,11 @@ fn the_barrier_is_its_formula() {
 
 #[test]
 fn bad_parameters_are_named() {
+    let soft = Material::neo_hookean(1.0, 0.3);
+    let slack = Fiber {
+        direction: DVec3::ZERO,
+        ..fiber(0.0)
+    };
     let bad = [
         Material::neo_hookean(-1.0, 0.3),
         Material::neo_hookean(1.0, 0.5),
@@ -214,26 +191,16 @@ fn bad_parameters_are_named() {
         Material::neo_hookean(f64::NAN, 0.3),
         Material::mooney_rivlin(1.0, 0.1, 0.9),
         Material::mooney_rivlin(1.0, 0.4, -0.1),
-        Material::neo_hookean(1.0, 0.3).with_volume_constant(-1.0),
-        Material::neo_hookean(1.0, 0.3).with_barrier(-1.0),
-        Material::neo_hookean(1.0, 0.3).with_fiber(fiber(0.4)),
-        Material::neo_hookean(1.0, 0.3).with_fiber(Fiber {
-            direction: DVec3::ZERO,
-            ..fiber(0.0)
-        }),
-        Material::neo_hookean(1.0, 0.3).with_prony(&[PronyTerm {
-            ratio: 0.5,
-            relaxation_time: 0.0,
-        }]),
+        soft.with_volume_constant(-1.0),
+        soft.with_barrier(-1.0),
+        soft.with_fiber(fiber(0.4)),
+        soft.with_fiber(slack),
+        soft.with_prony(&[term(0.5, 0.0)]),
     ];
     for material in bad {
-        assert!(
-            matches!(
-                material.validate(4),
-                Err(ElasticError::BadMaterial { material: 4, .. })
-            ),
-            "{material:?}"
-        );
+        let refused = material.validate(4).expect_err("a bad parameter");
+        let named = matches!(refused, ElasticError::BadMaterial { material: 4, .. });
+        assert!(named, "{material:?}: {refused}");
     }
 }
 
@@ -251,19 +218,18 @@ fn a_bad_modulus_or_ratio_is_named_as_it_was_given() {
     ] {
         let given = if name == young { modulus } else { ratio };
         for material in [Material::neo_hookean, Material::saint_venant_kirchhoff] {
-            let error = material(modulus, ratio).validate(0);
-            let Err(ElasticError::BadMaterial {
+            let refused = material(modulus, ratio).validate(0);
+            let refused = refused.expect_err("a bad modulus or ratio");
+            let ElasticError::BadMaterial {
                 parameter, value, ..
-            }) = error
+            } = refused
             else {
-                panic!("{modulus}, {ratio}: {error:?}");
+                panic!("{modulus}, {ratio}: {refused}");
             };
             assert_eq!(parameter, name, "{modulus}, {ratio}");
             let near = (value - given).abs() < 1e-12 || value.total_cmp(&given).is_eq();
-            assert!(
-                near || (value.is_nan() && given.is_nan()),
-                "{value} for {given}"
-            );
+            let same = near || (value.is_nan() && given.is_nan());
+            assert!(same, "{value} for {given}");
         }
     }
 }
@@ -276,7 +242,7 @@ fn fibers_stiffen_their_direction_only() {
     let a = DVec3::new(1.0, 2.0, 2.0) / 3.0;
     let across = a.any_orthonormal_vector();
     let stretch = |direction: DVec3, by: f64| {
-        let f = DMat3::IDENTITY + crate::law::tensor::outer(direction, direction) * by;
+        let f = DMat3::IDENTITY + outer(direction, direction) * by;
         let pull = |m: &Material| direction.dot(m.energy_and_stress(f).1 * direction);
         pull(&fibrous) - pull(&plain)
     };
@@ -297,7 +263,7 @@ fn fibers_at_rest_resist_as_stretched_ones_in_every_frame() {
     let mut random = Random::new(41);
     for _ in 0..100 {
         let turn = DMat3::from_quat(DQuat::from_scaled_axis(random.vector(3.0)));
-        let along = turn * crate::law::tensor::outer(a, a);
+        let along = turn * outer(a, a);
         let change = |m: &Material| double_dot(along, m.stress_change(turn, along));
         assert_within("along", change(&fibrous) - change(&plain), 8.0, 1e-12);
     }
@@ -333,10 +299,7 @@ fn mooney_rivlin_meets_the_incompressible_closed_form() {
 fn materials_and_settings_survive_being_written() {
     let material = Material::mooney_rivlin(5e3, 0.45, 0.3)
         .with_volume_constant(7.0)
-        .with_prony(&[PronyTerm {
-            ratio: 0.4,
-            relaxation_time: 0.1,
-        }]);
+        .with_prony(&[term(0.4, 0.1)]);
     let settings = crate::Settings {
         dilatation: crate::Dilatation::Mean,
         ..crate::Settings::default()

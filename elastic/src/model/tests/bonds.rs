@@ -8,8 +8,7 @@ fn weakened(x: &[DVec3], material: Material) -> (Block, Elastic, Vec<u32>) {
     let whole = Block::new([4, 4, 4], DVec3::splat(0.4), 0.0, 1);
     let (torn, touched) = torn();
     let mut body = model(&whole, material, 0.1);
-    let mut f = vec![DVec3::ZERO; x.len()];
-    body.forces_into(x, &mut f);
+    evaluated(&mut body, x);
     body.update_rows(&touched, &stencils(&torn)).expect("valid");
     let left = |node: &u32| {
         let row = &torn.weights[torn.row(*node as usize)];
@@ -27,19 +26,15 @@ fn bonds_are_exact_gradients_and_conserve_momenta() {
     let (_, mut body, weak) = weakened(&x, law());
     assert!(weak.len() > 20 && weak.len() < x.len(), "{}", weak.len());
     assert_eq!(body.deficient_nodes(), weak);
-    assert!(
-        weak.iter()
-            .all(|&i| body.model.elastic_volumes[i as usize] == 0.0)
-    );
+    let volumes = &body.model.elastic_volumes;
+    assert!(weak.iter().all(|&i| volumes[i as usize] == 0.0));
     let there = shaken(&rest, 0.05, 7);
     check_derivatives("weak", &mut body, &there, 1e-3, 1e-3);
-    let mut f = vec![DVec3::ZERO; x.len()];
-    body.forces_into(&there, &mut f);
-    let sum: DVec3 = f.iter().sum();
-    let torque: DVec3 = there.iter().zip(&f).map(|(x, f)| x.cross(*f)).sum();
+    let (_, f) = evaluated(&mut body, &there);
     let size: f64 = f.iter().map(|f| f.length()).sum();
-    assert_below("momentum", sum.length() / size, 1e-14);
-    assert_below("angular momentum", torque.length() / size, 1e-14);
+    let [momentum, angular] = momenta(&there, &f);
+    assert_below("momentum", momentum / size, 1e-14);
+    assert_below("angular momentum", angular / size, 1e-14);
 }
 
 #[test]
@@ -47,15 +42,14 @@ fn bonds_are_objective_and_hold_however_far_a_node_is_moved() {
     let rest = Block::new([4, 4, 4], DVec3::splat(0.4), 0.0, 1);
     let turn = DQuat::from_axis_angle(DVec3::new(1.0, 1.0, 0.3).normalize(), 1.9);
     let (_, mut body, weak) = weakened(&rest.positions, law());
-    let mut x: Vec<DVec3> = rest.positions.iter().map(|x| turn * *x).collect();
-    let mut f = vec![DVec3::ZERO; x.len()];
-    let energy = body.forces_into(&x, &mut f);
+    let mut x = turned(turn, &rest.positions);
+    let (energy, _) = evaluated(&mut body, &x);
     assert_within("energy of a rotation", energy, 0.0, 1e-14);
     // A deficient node that has bonds is drawn back, from any side and through its neighbours too.
     let node = *weak.iter().find(|&&i| i != 124).expect("some") as usize;
     for far in [DVec3::X, -DVec3::Y, DVec3::new(0.3, -0.2, 0.9)] {
         x[node] += far;
-        body.forces_into(&x, &mut f);
+        let (_, f) = evaluated(&mut body, &x);
         assert!(f[node].dot(far) < 0.0, "{} along {far}", f[node]);
         x[node] -= far;
     }
@@ -113,39 +107,33 @@ fn what_hangs_on_little_is_held_as_by_one_whole_pair_and_the_change_adds_no_ener
     let neighbor = move |p: usize, share: f64| if p == last { share } else { 0.0 };
     let pull = |share: f64| {
         let mut body = model(&rest, law(), 0.1);
-        let mut f = vec![DVec3::ZERO; rest.positions.len()];
         let mut x = rest.positions.clone();
-        body.forces_into(&x, &mut f);
+        evaluated(&mut body, &x);
         body.weaken(&[62], &x, &|p| neighbor(p, share));
         // Along the pair, without its neighbours' strain.
         let along = rest.positions[other] - rest.positions[node];
         x[node] -= along;
-        let energy = body.forces_into(&x, &mut f);
+        let (energy, _) = evaluated(&mut body, &x);
         x[node] += along;
-        energy - body.forces_into(&x, &mut f)
+        energy - evaluated(&mut body, &x).0
     };
     let [little, whole] = [0.016, 1.0].map(pull);
     assert_within("a small share of a pair", little, whole, 1e-12 * whole);
     // Bonds that others leave alone get stiffer; what they hold they keep.
     let x = shaken(&rest, 0.1, 5);
     let mut body = model(&rest, law(), 0.1);
-    let mut f = vec![DVec3::ZERO; x.len()];
-    body.forces_into(&x, &mut f);
+    evaluated(&mut body, &x);
     body.weaken(&[62], &x, &|p| if row.contains(&p) { 0.2 } else { 0.0 });
     for _ in 0..400 {
         body.decay(0.98);
     }
-    let before = body.forces_into(&x, &mut f);
+    let (before, _) = evaluated(&mut body, &x);
     let held = body.bond_energies()[3].1;
     assert!(held > 0.0);
     let lost = body.weaken(&[62], &x, &|p| neighbor(p, 0.2));
-    let after = body.forces_into(&x, &mut f);
-    assert_within(
-        "the last bond",
-        body.bond_energies()[0].1,
-        held,
-        1e-12 * held,
-    );
+    let (after, _) = evaluated(&mut body, &x);
+    let last = body.bond_energies()[0].1;
+    assert_within("the last bond", last, held, 1e-12 * held);
     assert_within("what was lost", lost, before - after, 1e-12 * before);
     assert!(lost > 0.0, "{lost}");
 }
@@ -155,31 +143,13 @@ fn part_products_see_bonds() {
     let rest = Block::new([4, 4, 4], DVec3::splat(0.4), 0.0, 1);
     let x = shaken(&rest, 0.02, 6);
     let (_, mut body, weak) = weakened(&x, law());
-    let n = x.len();
-    let mut f = vec![DVec3::ZERO; n];
-    body.forces_into(&shaken(&rest, 0.04, 8), &mut f);
-    let part = body.part(&weak[3..12]);
-    let mut random = Random::new(3);
-    let inside: Vec<DVec3> = part.nodes().iter().map(|_| random.vector(1.0)).collect();
-    let mut whole = vec![DVec3::ZERO; n];
-    for (&node, v) in part.nodes().iter().zip(&inside) {
-        whole[node as usize] = *v;
-    }
-    let mut expected = vec![DVec3::ZERO; n];
-    body.tangent_product_into(&whole, &mut expected);
-    let mut product = vec![DVec3::ZERO; inside.len()];
-    body.tangent_product_within(&part, &inside, &mut product);
-    for (&node, found) in part.nodes().iter().zip(product) {
-        let expected = expected[node as usize];
-        assert_below(
-            "difference",
-            (found - expected).length(),
-            1e-13 * expected.length().max(1e-3),
-        );
+    evaluated(&mut body, &shaken(&rest, 0.04, 8));
+    for (_, found, expected) in products_of(&mut body, &weak[3..12]) {
+        let off = (found - expected).length();
+        assert_below("difference", off, 1e-13 * expected.length().max(1e-3));
     }
 }
 
-/// A model that was never evaluated, given what another one found around a part.
 #[test]
 fn a_part_is_told_of_its_state_to_the_bit() {
     let rest = Block::new([4, 4, 4], DVec3::splat(0.4), 0.0, 1);
@@ -187,24 +157,8 @@ fn a_part_is_told_of_its_state_to_the_bit() {
     let (_, mut body, weak) = weakened(&x, law());
     let mut told = body.clone();
     let y = shaken(&rest, 0.04, 8);
-    body.forces_into(&y, &mut vec![DVec3::ZERO; y.len()]);
+    evaluated(&mut body, &y);
     for nodes in [&weak[3..12], &weak[..1]] {
-        let part = body.part(nodes);
-        let mut random = Random::new(3);
-        let v: Vec<DVec3> = nodes.iter().map(|_| random.vector(1.0)).collect();
-        let mut expected = vec![DVec3::ZERO; v.len()];
-        body.tangent_product_within(&part, &v, &mut expected);
-        let gradients: Vec<DMat3> = (part.rows().iter())
-            .map(|&node| body.deformation_gradient(node as usize))
-            .collect();
-        let ends = part.ends().iter();
-        let ends: Vec<DVec3> = ends.map(|&node| y[node as usize]).collect();
-        assert!(!ends.is_empty(), "bonds of deficient nodes");
-        let mut found = vec![DVec3::ZERO; v.len()];
-        told.tangent_product_within(&part, &v, &mut found);
-        assert_ne!(found, expected, "of another state");
-        told.set_part_state(&part, &gradients, &ends);
-        told.tangent_product_within(&part, &v, &mut found);
-        assert_eq!(found, expected);
+        check_told(&mut body, &mut told, nodes, &y);
     }
 }

@@ -4,6 +4,7 @@ use super::*;
 use crate::kernel::stale::Stale;
 use crate::kernel::storage::BLOCK;
 use crate::kernel::storage::CHUNK;
+use crate::law::tensor::double_dot;
 use crate::rows::Rows;
 
 pub(super) fn law() -> Material {
@@ -37,15 +38,12 @@ fn rows_that_come_alone_give_the_same_bits() {
         multipliers: &multipliers,
     };
 
-    let settings = Settings::default();
-    let mut one = built(&whole, law(), &settings);
+    let mut one = model(&whole, law(), 0.1);
     let mut other = one.clone();
     one.update_rows(&touched, &stencils(&torn)).expect("valid");
     other.take_rows(&rows).expect("valid");
-    let [mut f, mut g] = [(); 2].map(|()| vec![DVec3::ZERO; x.len()]);
-    let energies = [one.forces_into(&x, &mut f), other.forces_into(&x, &mut g)];
-    assert_eq!(energies[0].to_bits(), energies[1].to_bits());
-    assert_eq!(f, g);
+    let ((energy, f), (same, g)) = (evaluated(&mut one, &x), evaluated(&mut other, &x));
+    assert_eq!((energy.to_bits(), f), (same.to_bits(), g));
     let none = Rows {
         weights: &weights[1..],
         ..rows
@@ -59,10 +57,8 @@ fn gradients_go_on_over_a_rebuild_and_their_decay_is_booked() {
     let x = shaken(&whole, 0.01, 2);
     for settings in [Settings::default(), mean()] {
         let mut body = built(&whole, law(), &settings);
-        let n = body.node_count();
-        let mut f = vec![DVec3::ZERO; n];
-        body.forces_into(&x, &mut f);
-        let before = body.deformation_gradients().to_vec();
+        evaluated(&mut body, &x);
+        let before = body.deformation_gradients();
         let means = body.state.pressures.as_ref().map(|all| all.means.clone());
         let mut torn = block();
         let middle = 0.2;
@@ -78,22 +74,19 @@ fn gradients_go_on_over_a_rebuild_and_their_decay_is_booked() {
             (before.iter().zip(now)).fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()))
         };
         if let Some(means) = &means {
-            body.forces_into(&x, &mut f);
+            evaluated(&mut body, &x);
             assert!(off(&body, means) > 1e-3, "a mean over others");
             body.retain_means(means, &x);
         }
-        body.forces_into(&x, &mut f);
+        evaluated(&mut body, &x);
         if let Some(means) = &means {
             assert_below("mean", off(&body, means), 1e-5);
         }
         for &node in &touched {
             let node = node as usize;
             if body.rank(node) == 3 {
-                let off = body.deformation_gradients()[node] - before[node];
-                let size = off
-                    .to_cols_array()
-                    .iter()
-                    .fold(0.0_f64, |m, v| m.max(v.abs()));
+                let off = (body.deformation_gradient(node) - before[node]).to_cols_array();
+                let size = off.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
                 assert_below("gradient", size, 1e-14);
             }
         }
@@ -102,43 +95,37 @@ fn gradients_go_on_over_a_rebuild_and_their_decay_is_booked() {
         for turn in [0.0, 2.0] {
             let by = DMat3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), turn);
             let x: Vec<DVec3> = shaken(&whole, 0.02, 7).iter().map(|&x| by * x).collect();
-            body.forces_into(&x, &mut f);
-            let torque: DVec3 = x.iter().zip(&f).map(|(x, f)| x.cross(*f)).sum();
+            let (_, f) = evaluated(&mut body, &x);
             let size: f64 = x.iter().zip(&f).map(|(x, f)| x.length() * f.length()).sum();
-            assert_below("torque", torque.length(), 1e-12 * size);
-            let sum: DVec3 = f.iter().sum();
-            assert_below("sum", sum.length(), 1e-12 * size);
+            let [sum, torque] = momenta(&x, &f);
+            assert_below("torque", torque, 1e-12 * size);
+            assert_below("sum", sum, 1e-12 * size);
         }
-        let start = body.forces_into(&x, &mut f);
+        let (start, mut f) = evaluated(&mut body, &x);
         let kept = body.state();
         assert!(kept.offsets.len() > 5, "{}", kept.offsets.len());
         let (mut work, mut energy) = (0.0, start);
         let mut steps = 0;
         while body.decays() {
             work += body.decay(0.99).sums()[0];
-            energy = body.forces_into(&x, &mut f);
+            (energy, f) = evaluated(&mut body, &x);
             work += body.decay_works().sums()[0];
             steps += 1;
         }
         assert!(steps > 100, "{steps}");
-        assert_within(
-            "work of the decay",
-            work,
-            energy - start,
-            2e-4 * (energy - start).abs(),
-        );
+        let change = energy - start;
+        assert_within("work of the decay", work, change, 2e-4 * change.abs());
         // What is left is the model with the new rows.
         let mut fresh = built(&whole, law(), &settings);
         fresh
             .update_rows(&touched, &stencils(&torn))
             .expect("valid");
-        let mut g = f.clone();
-        assert_eq!(fresh.forces_into(&x, &mut g).to_bits(), energy.to_bits());
-        assert_eq!(f, g);
+        let (same, g) = evaluated(&mut fresh, &x);
+        assert_eq!((same.to_bits(), g), (energy.to_bits(), f));
         // And a checkpoint brings the offsets back.
         fresh.set_state(&kept);
         assert_eq!(fresh.state(), kept);
-        assert_eq!(fresh.forces_into(&x, &mut g).to_bits(), start.to_bits());
+        assert_eq!(evaluated(&mut fresh, &x).0.to_bits(), start.to_bits());
     }
 }
 
@@ -149,11 +136,10 @@ fn what_is_watched_is_the_worst_of_all_nodes() {
         let mut body = model(&block, material, 0.1);
         let masses: Vec<f64> = block.volumes.iter().map(|v| 1e3 * v).collect();
         let x = shaken(&block, 0.02, 9);
-        let mut f = vec![DVec3::ZERO; x.len()];
-        body.forces_into(&x, &mut f);
+        evaluated(&mut body, &x);
         assert_eq!(body.stiffness_indicator().to_bits(), 0);
         body.watch_stiffness(&masses);
-        body.forces_into(&x, &mut f);
+        evaluated(&mut body, &x);
         let (mut ratio, mut stiffest) = (f64::INFINITY, (0.0, 0));
         for i in 0..x.len() {
             let f = body.deformation_gradients()[i];
@@ -163,21 +149,17 @@ fn what_is_watched_is_the_worst_of_all_nodes() {
                 square += block.gradients[p].length_squared() / masses[block.indices[p] as usize];
             }
             // The bound is one: no direction of dF is resisted more.
-            let bound = Coefficients::new(&Material {
+            let plain = Material {
                 fiber: None,
                 ..material
-            });
-            let bound = bound.tangent_bound(f);
+            };
+            let bound = Coefficients::new(&plain).tangent_bound(f);
             let mut random = Random::new(4);
             for _ in 0..20 {
-                let d =
-                    DMat3::from_cols(random.vector(1.0), random.vector(1.0), random.vector(1.0));
-                let plain = Material {
-                    fiber: None,
-                    ..material
-                };
-                let resisted = crate::law::tensor::double_dot(d, plain.stress_change(f, d));
-                assert!(resisted <= bound * crate::law::tensor::double_dot(d, d) * (1.0 + 1e-12));
+                let [a, b, c] = [(); 3].map(|()| random.vector(1.0));
+                let d = DMat3::from_cols(a, b, c);
+                let resisted = double_dot(d, plain.stress_change(f, d));
+                assert!(resisted <= bound * double_dot(d, d) * (1.0 + 1e-12));
             }
             let indicator = block.volumes[i] * bound * square;
             if indicator > stiffest.0 {
@@ -185,18 +167,11 @@ fn what_is_watched_is_the_worst_of_all_nodes() {
             }
         }
         assert_within("det F", body.smallest_volume_ratio(), ratio, 1e-14);
-        assert_within(
-            "indicator",
-            body.stiffness_indicator(),
-            stiffest.0,
-            1e-12 * stiffest.0,
-        );
+        let largest = body.stiffness_indicator();
+        assert_within("indicator", largest, stiffest.0, 1e-12 * stiffest.0);
         let runs = body.stiffness_indicators();
         assert_eq!(runs.len(), body.node_count().div_ceil(crate::WATCHED_NODES));
-        assert_eq!(
-            runs.fold(0.0, f64::max).to_bits(),
-            body.stiffness_indicator().to_bits()
-        );
+        assert_eq!(runs.fold(0.0, f64::max).to_bits(), largest.to_bits());
         let nodes = body.stiffest_nodes(8);
         assert_eq!(nodes.len(), 8);
         let some = body.stiffest_nodes_of(3, [stiffest.1, 1, 2]);
@@ -218,21 +193,23 @@ fn largest_eigenvalue(body: &mut Elastic, masses: &[f64]) -> f64 {
     let n = masses.len();
     let mut random = Random::new(1);
     let mut v: Vec<DVec3> = (0..n).map(|_| random.vector(1.0)).collect();
-    let mut kv = v.clone();
     let mut value = 0.0;
     for _ in 0..300 {
-        body.tangent_product_into(&v, &mut kv);
+        let mut kv = product(body, &v);
         for (k, m) in kv.iter_mut().zip(masses) {
             *k /= *m;
         }
         let size = dot(&kv, &kv).sqrt();
         value = size / dot(&v, &v).sqrt();
-        v.clone_from(&kv);
-        for v in &mut v {
-            *v /= size;
-        }
+        v = kv.into_iter().map(|kv| kv / size).collect();
     }
     value
+}
+
+/// Everything that an evaluation of the whole leaves.
+fn left_behind_by(body: &mut Elastic, x: &[DVec3]) -> Vec<u64> {
+    let (energy, forces) = evaluated(body, x);
+    left_behind(body, energy, &forces)
 }
 
 /// Everything that an evaluation leaves, as bits.
@@ -252,11 +229,10 @@ fn stiffest_nodes_of_few_runs_are_those_of_all() {
     assert!(n > 10 * crate::WATCHED_NODES, "{n} nodes");
     let masses: Vec<f64> = block.volumes.iter().map(|v| 1e3 * v).collect();
     for seed in [1, 2] {
-        let mut body = built(&block, law(), &Settings::default());
+        let mut body = model(&block, law(), 0.1);
         body.watch_stiffness(&masses);
         let x = shaken(&block, 0.02, seed);
-        let mut forces = vec![DVec3::ZERO; n];
-        body.forces_into(&x, &mut forces);
+        evaluated(&mut body, &x);
         let all = |body: &Elastic, count| body.stiffest_nodes_of(count, 0..n);
         for count in [0, 1, 3, 8, 300] {
             let found = body.stiffest_nodes(count);
@@ -278,65 +254,50 @@ fn control_rises_and_falls_as_far_as_its_energy_allows() {
     let [mut with, mut without] = [0.1, 0.0].map(|alpha| model(&rest, law(), alpha));
     let nodes: Vec<u32> = (0..20).collect();
     let all: Vec<u32> = (0..).take(n).collect();
-    let mut forces = vec![DVec3::ZERO; n];
-    let held = with.forces_into(&x, &mut forces) - without.forces_into(&x, &mut forces);
+    let held = evaluated(&mut with, &x).0 - evaluated(&mut without, &x).0;
     let own = with.control_energy(&all, &x);
     assert!(own > 0.0, "{own}");
     assert_within("the control's share of the energy", own / held, 1.0, 1e-9);
     let before = with.control_energy(&nodes, &x);
     with.scale_control_within(&nodes, 3.0, 0.9 * before, &x);
-    assert!(
-        with.state().control.is_empty(),
-        "nothing is left to raise it"
-    );
+    let nothing_left = with.state().control.is_empty();
+    assert!(nothing_left, "to raise it");
     // Two thirds of the energy that the whole change takes, in two calls; then down, as far as is asked, not below 1.
     let part = 7.0 / 3.0;
-    let asked = [(2.0, 2.0), (part, part), (9.0, 3.0), (9.0, 3.0)];
-    for (most, scale) in asked
-        .into_iter()
-        .chain([(1.5, 1.5), (0.9, 1.0), (2.0, 2.0)])
-    {
-        let energy = with.forces_into(&x, &mut forces);
+    let up = [(2.0, 2.0), (part, part), (9.0, 3.0), (9.0, 3.0)];
+    let down = [(1.5, 1.5), (0.9, 1.0), (2.0, 2.0)];
+    for (most, scale) in up.into_iter().chain(down) {
+        let (energy, _) = evaluated(&mut with, &x);
         let held = with.control_energy(&nodes, &x);
         with.scale_control_within(&nodes, 3.0, most * before, &x);
-        let added = with.forces_into(&x, &mut forces) - energy;
+        let (now, forces) = evaluated(&mut with, &x);
+        let added = now - energy;
         let now = with.control_energy(&nodes, &x);
         assert_within("the energy", now / before, scale, 1e-9);
         assert!((added - (now - held)).abs() < 1e-9 * energy, "{added}");
         let scales = with.state().control;
         assert_eq!(scales.len(), if scale > 1.0 { nodes.len() } else { 0 });
-        assert!(
-            scales.iter().all(|(_, s)| (s - scale).abs() < 1e-9),
-            "{scales:?}"
-        );
+        let all = scales.iter().all(|(_, s)| (s - scale).abs() < 1e-9);
+        assert!(all, "{scales:?}");
         let mut again = model(&rest, law(), 0.1);
         again.set_state(&with.state());
-        let mut same = vec![DVec3::ZERO; n];
-        again.forces_into(&x, &mut same);
-        assert_eq!(same, forces, "as kept");
+        assert_eq!(evaluated(&mut again, &x).1, forces, "as kept");
     }
     // At rest nothing is held, and nothing is added.
     let mut still = model(&rest, law(), 0.1);
     still.scale_control_within(&nodes, 3.0, 0.0, &rest.positions);
-    assert!(
-        still
-            .state()
-            .control
-            .iter()
-            .all(|(_, scale)| *scale > 2.999_999)
-    );
+    let scales = still.state().control;
+    assert!(scales.iter().all(|(_, scale)| *scale > 2.999_999));
 }
 
 #[test]
 fn forces_again_are_those_of_a_whole_evaluation_to_the_bit() {
     let mut block = Block::new([6, 6, 60], DVec3::splat(0.1), 0.2, 3);
-    let settings = Settings::default();
-    let mut body = built(&block, law(), &settings);
+    let mut body = model(&block, law(), 0.1);
     let n = body.node_count();
     body.watch_stiffness(&vec![1.0; n]);
     let x = shaken(&block, 0.01, 4);
-    let mut forces = vec![DVec3::ZERO; n];
-    body.forces_into(&x, &mut forces);
+    let (_, mut forces) = evaluated(&mut body, &x);
     let middle = block.positions[n / 2];
     for round in 0..4 {
         let before = body.deformation_gradients();
@@ -364,27 +325,20 @@ fn forces_again_are_those_of_a_whole_evaluation_to_the_bit() {
         let chosen = body.changed_chunks();
         let count = chosen.iter().filter(|chosen| **chosen).count();
         assert!(2 * count <= chosen.len(), "{count} of {}", chosen.len());
-        let mut whole = body.clone();
-        let mut expected = vec![DVec3::ZERO; n];
-        let energy = whole.forces_into(&x, &mut expected);
-        let expected = left_behind(&whole, energy, &expected);
+        let expected = left_behind_by(&mut body.clone(), &x);
         let energy = body.forces_again(&x, &mut forces);
         assert_eq!(left_behind(&body, energy, &forces), expected);
     }
     // Elsewhere, and after a product of the whole, everything is evaluated.
     let there = shaken(&block, 0.02, 5);
     for x in [&there, &x] {
-        let mut whole = body.clone();
-        let mut expected = vec![DVec3::ZERO; n];
-        let energy = whole.forces_into(x, &mut expected);
-        let expected = left_behind(&whole, energy, &expected);
+        let expected = left_behind_by(&mut body.clone(), x);
         body.tangent_product_into(&there, &mut forces);
         let energy = body.forces_again(x, &mut forces);
         assert_eq!(left_behind(&body, energy, &forces), expected);
     }
-    let mut whole = vec![DVec3::ZERO; n];
     body.forces_again(&there, &mut forces);
-    body.forces_into(&there, &mut whole);
+    let (_, whole) = evaluated(&mut body, &there);
     assert_eq!(forces, whole, "a body that moved");
 }
 
@@ -392,16 +346,12 @@ fn forces_again_are_those_of_a_whole_evaluation_to_the_bit() {
 #[test]
 fn blocks_that_are_not_evaluated_again_say_what_they_said() {
     let mut block = Block::new([6, 6, 60], DVec3::new(0.1, 0.1, 1.0), 0.2, 3);
-    let settings = Settings::default();
-    let mut body = built(&block, law(), &settings);
+    let mut body = model(&block, law(), 0.1);
     let rest = block.positions.clone();
     let n = body.node_count();
     let middle = rest[n / 2].z;
-    let held: Vec<u32> = (0_u32..)
-        .zip(&rest)
-        .filter(|(_, x)| x.z > middle)
-        .map(|(node, _)| node)
-        .collect();
+    let held = (0_u32..).zip(&rest).filter(|(_, x)| x.z > middle);
+    let held: Vec<u32> = held.map(|(node, _)| node).collect();
     body.set_held(&held);
     body.watch_stiffness(&vec![1.0; n]);
     let sleeping = |body: &Elastic| {
@@ -446,21 +396,14 @@ fn blocks_that_are_not_evaluated_again_say_what_they_said() {
         }
         let mut awake = body.clone();
         awake.scratch.stale = Stale::everything();
-        let mut expected = vec![DVec3::ZERO; n];
-        let energy = awake.forces_into(&x, &mut expected);
-        let expected = left_behind(&awake, energy, &expected);
+        let expected = left_behind_by(&mut awake, &x);
         // What is left in the slice does not matter.
         let mut forces = vec![DVec3::ONE; n];
         let energy = body.forces_into(&x, &mut forces);
-        assert_eq!(
-            left_behind(&body, energy, &forces),
-            expected,
-            "round {round}"
-        );
-        assert!(
-            round != 2 || sleeping(&body) < before,
-            "a cut wakes what it touches"
-        );
-        assert!(sleeping(&body) > 0, "round {round}: something sleeps");
+        let found = left_behind(&body, energy, &forces);
+        assert_eq!(found, expected, "round {round}");
+        let asleep = sleeping(&body);
+        assert!(round != 2 || asleep < before, "a cut wakes what it touches");
+        assert!(asleep > 0, "round {round}: something sleeps");
     }
 }

@@ -6,7 +6,7 @@ use super::*;
 fn fronts(random: &mut Random) -> (Vec<u32>, Vec<DMat3>) {
     let mut square = || {
         let v = random.vector(1.0).normalize();
-        crate::law::tensor::outer(v, v)
+        outer(v, v)
     };
     let matrices: Vec<DMat3> = (0..10)
         .map(|k| {
@@ -26,12 +26,6 @@ fn with_fronts(block: &Block, settings: &Settings) -> (Elastic, Vec<u32>) {
     body.set_fronts(&nodes, &matrices);
     assert_eq!(body.fronts().len(), nodes.len());
     (body, nodes)
-}
-
-fn evaluated(body: &mut Elastic, x: &[DVec3]) -> (f64, Vec<DVec3>) {
-    let mut forces = vec![DVec3::ZERO; x.len()];
-    let energy = body.forces_into(x, &mut forces);
-    (energy, forces)
 }
 
 #[test]
@@ -54,11 +48,7 @@ fn forces_of_a_front_are_the_gradient_and_the_tangent_is_theirs() {
 fn a_front_does_not_feel_linear_fields() {
     let block = block();
     let (mut body, nodes) = with_fronts(&block, &Settings::default());
-    let mut without = built(
-        &block,
-        Material::neo_hookean(1000.0, 0.4),
-        &Settings::default(),
-    );
+    let mut without = model(&block, Material::neo_hookean(1000.0, 0.4), 0.1);
     let f = DMat3::from_cols(
         DVec3::new(1.2, 0.1, -0.3),
         DVec3::new(0.2, 0.9, 0.1),
@@ -68,10 +58,7 @@ fn a_front_does_not_feel_linear_fields() {
     let (there, expected) = (evaluated(&mut body, &x), evaluated(&mut without, &x));
     assert_below("held", body.front_energy(&nodes, &x), 1e-20 * expected.0);
     assert_within("energy", there.0, expected.0, 1e-12 * expected.0);
-    let most = expected
-        .1
-        .iter()
-        .fold(0.0_f64, |most, f| most.max(f.length()));
+    let most = largest(&expected.1);
     for (found, expected) in there.1.iter().zip(&expected.1) {
         assert_below("force", (*found - *expected).length(), 1e-10 * most);
     }
@@ -89,14 +76,13 @@ fn a_front_turns_with_the_body_and_pulls_at_nothing_outside() {
     let turned: Vec<DVec3> = x.iter().map(|x| turn * *x + DVec3::X).collect();
     let (same, there) = evaluated(&mut body, &turned);
     assert_within("energy", same, energy, 1e-12 * energy);
-    let most = forces.iter().fold(0.0_f64, |most, f| most.max(f.length()));
+    let most = largest(&forces);
     for (found, force) in there.iter().zip(&forces) {
         assert_below("force", (*found - turn * *force).length(), 1e-10 * most);
     }
-    let sum: DVec3 = forces.iter().sum();
-    let moment: DVec3 = x.iter().zip(&forces).map(|(x, f)| x.cross(*f)).sum();
-    assert_below("momentum", sum.length(), 1e-12 * most);
-    assert_below("angular momentum", moment.length(), 1e-12 * most);
+    let [momentum, angular] = momenta(&x, &forces);
+    assert_below("momentum", momentum, 1e-12 * most);
+    assert_below("angular momentum", angular, 1e-12 * most);
 }
 
 #[test]
@@ -157,11 +143,8 @@ fn products_of_a_part_and_evaluations_after_a_change_know_fronts() {
     for matrices in [matrices, none] {
         let before = energy;
         body.set_fronts(&nodes, &matrices);
-        let chosen = body
-            .changed_chunks()
-            .iter()
-            .filter(|chosen| **chosen)
-            .count();
+        let changed = body.changed_chunks();
+        let chosen = changed.iter().filter(|chosen| **chosen).count();
         assert!(2 * chosen < n.div_ceil(256), "{chosen}");
         energy = body.forces_again(&x, &mut forces);
         assert_ne!(before.to_bits(), energy.to_bits());
@@ -170,19 +153,8 @@ fn products_of_a_part_and_evaluations_after_a_change_know_fronts() {
     let (nodes, matrices) = fronts(&mut Random::new(1));
     body.set_fronts(&nodes, &matrices);
     body.forces_into(&x, &mut forces);
-    let part = body.part(&nodes[2..6]);
-    let mut random = Random::new(3);
-    let inside: Vec<DVec3> = part.nodes().iter().map(|_| random.vector(1.0)).collect();
-    let (mut whole, mut expected) = (vec![DVec3::ZERO; n], vec![DVec3::ZERO; n]);
-    for (&node, v) in part.nodes().iter().zip(&inside) {
-        whole[node as usize] = *v;
-    }
-    let mut product = inside.clone();
-    body.clone().tangent_product_into(&whole, &mut expected);
-    body.tangent_product_within(&part, &inside, &mut product);
-    for (&node, found) in part.nodes().iter().zip(&product) {
-        let expected = expected[node as usize];
-        let off = (*found - expected).length();
+    for (_, found, expected) in products_of(&mut body, &nodes[2..6]) {
+        let off = (found - expected).length();
         assert_below("difference", off, 1e-13 * expected.length());
     }
 }
@@ -243,7 +215,6 @@ fn fronts_know_rows_that_have_changed() {
     assert_within("energy", found.0, expected.0, 1e-12 * expected.0);
 }
 
-/// A model that was never evaluated, given what another one found around a part beside a front.
 #[test]
 fn a_part_is_told_of_its_fronts_to_the_bit() {
     let block = block();
@@ -251,16 +222,5 @@ fn a_part_is_told_of_its_fronts_to_the_bit() {
     let mut told = body.clone();
     let x = shaken(&block, 0.03, 8);
     evaluated(&mut body, &x);
-    let part = body.part(&nodes[2..5]);
-    let mut random = Random::new(3);
-    let v: Vec<DVec3> = part.nodes().iter().map(|_| random.vector(1.0)).collect();
-    let (mut expected, mut found) = (v.clone(), v.clone());
-    body.tangent_product_within(&part, &v, &mut expected);
-    let gradients: Vec<DMat3> = (part.rows().iter())
-        .map(|&node| body.deformation_gradient(node as usize))
-        .collect();
-    let ends: Vec<DVec3> = part.ends().iter().map(|&node| x[node as usize]).collect();
-    told.set_part_state(&part, &gradients, &ends);
-    told.tangent_product_within(&part, &v, &mut found);
-    assert_eq!(found, expected);
+    check_told(&mut body, &mut told, &nodes[2..5], &x);
 }

@@ -4,49 +4,21 @@ use super::*;
 use crate::kernel::storage::PARALLEL_NODES;
 
 #[test]
-fn any_thread_count_gives_the_same_bits() {
+fn any_thread_count_gives_the_same_bits_with_any_option() {
     let block = Block::new([13, 12, 12], DVec3::splat(1.0), 0.2, 5);
     assert!(block.node_count() > 2 * PARALLEL_NODES);
-    let x = shaken(&block, 0.01, 1);
-    let v = shaken(&block, 0.5, 2);
-    let run = |threads: usize| {
-        let pool = ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .expect("threads");
-        pool.install(|| {
-            let mut body = model(&block, Material::neo_hookean(1.0, 0.4), 0.1);
-            let mut f = vec![DVec3::ZERO; x.len()];
-            let mut kv = f.clone();
-            let energy = body.forces_into(&x, &mut f);
-            body.tangent_product_into(&v, &mut kv);
-            (energy.to_bits(), f, kv)
-        })
-    };
-    let serial = run(1);
-    for threads in [2, 3, 7] {
-        assert!(run(threads) == serial, "{threads} threads differ");
-    }
-}
-
-#[test]
-fn threads_do_not_change_the_bits_of_any_option() {
-    let block = Block::new([13, 12, 12], DVec3::splat(1.0), 0.2, 5);
-    let x = shaken(&block, 0.005, 1);
-    let v = shaken(&block, 0.5, 2);
-    for settings in [mean(), bare()] {
-        let run = |threads: usize| {
-            let pool = ThreadPoolBuilder::new().num_threads(threads).build();
-            pool.expect("threads").install(|| {
-                let mut body = built(&block, Material::neo_hookean(1.0, 0.4), &settings);
-                let mut f = vec![DVec3::ZERO; x.len()];
-                let mut kv = f.clone();
-                let energy = body.forces_into(&x, &mut f);
-                body.tangent_product_into(&v, &mut kv);
-                (energy.to_bits(), f, kv)
-            })
+    let (x, v) = (shaken(&block, 0.005, 1), shaken(&block, 0.5, 2));
+    for settings in [Settings::default(), mean(), controlled(0.0)] {
+        let run = || {
+            let mut body = built(&block, Material::neo_hookean(1.0, 0.4), &settings);
+            let (energy, f) = evaluated(&mut body, &x);
+            (energy.to_bits(), f, product(&mut body, &v))
         };
-        assert!(run(1) == run(3), "{settings:?}");
+        let serial = testkit::on_threads(1, run);
+        for threads in [2, 3, 7] {
+            let same = testkit::on_threads(threads, run) == serial;
+            assert!(same, "{threads} threads differ: {settings:?}");
+        }
     }
 }
 
@@ -74,11 +46,8 @@ fn the_processor_does_not_change_the_bits() {
             if let Some(arch) = arch {
                 body.model.arch = arch;
             }
-            let mut f = vec![DVec3::ZERO; x.len()];
-            let mut kv = f.clone();
-            let energy = body.forces_into(&x, &mut f);
-            body.tangent_product_into(&v, &mut kv);
-            (energy, f, kv)
+            let (energy, f) = evaluated(&mut body, &x);
+            (energy, f, product(&mut body, &v))
         };
         let (energy, f, kv) = run(None);
         #[cfg(target_arch = "x86_64")]
@@ -90,7 +59,7 @@ fn the_processor_does_not_change_the_bits() {
         let allowed = 1e-12;
         assert_within("energy", portable.0, energy, allowed * energy);
         for (a, b) in [(&portable.1, &f), (&portable.2, &kv)] {
-            let scale = b.iter().map(|b| b.length()).fold(0.0, f64::max);
+            let scale = largest(b);
             for (a, b) in a.iter().zip(b) {
                 assert_below("portable", (*a - *b).length(), allowed * scale);
             }
@@ -112,33 +81,23 @@ fn memory_is_what_the_readme_states() {
             "{what}: {bytes} bytes, stated {stated}"
         );
     };
-    let double = built(&block, plain, &Settings::default()).bytes().all;
+    let usual = Settings::default();
+    let all =
+        |block: &Block, material, settings: &Settings| built(block, material, settings).bytes().all;
+    let double = all(&block, plain, &usual);
     within("default", double, 541 * n + 8 * pairs);
     // Without hourglass stabilization there is nothing of it.
-    let bytes = built(&block, plain, &bare()).bytes().all;
+    let bytes = all(&block, plain, &controlled(0.0));
     within("no control", bytes, 477 * n + 8 * pairs);
     // Nor of multipliers.
     let mut least_squares = block.clone();
     least_squares.use_plain_gradients();
-    let bytes = built(&least_squares, plain, &Settings::default())
-        .bytes()
-        .all;
+    let bytes = all(&least_squares, plain, &usual);
     within("no multipliers", bytes, 357 * n + 8 * pairs);
-    let means = built(&block, plain, &mean()).bytes().all;
+    let means = all(&block, plain, &mean());
     within("mean dilatation", means - double, 48 * n + 4 * pairs);
-    let term = PronyTerm {
-        ratio: 1.0,
-        relaxation_time: 1.0,
-    };
-    let viscous = built(&block, plain.with_prony(&[term]), &Settings::default())
-        .bytes()
-        .all;
+    let viscous = all(&block, plain.with_prony(&[term(1.0, 1.0)]), &usual);
     within("one Prony term", viscous - double, 248 * n);
-    let fibrous = built(&block, fibrous(plain), &Settings::default())
-        .bytes()
-        .all;
-    assert_eq!(
-        fibrous, double,
-        "fibers of a material take nothing per node"
-    );
+    let fibrous = all(&block, fibrous(plain), &usual);
+    assert_eq!(fibrous, double, "fibers take nothing per node");
 }

@@ -1,6 +1,7 @@
 //! What holds for every law, state and row: `P = ∂W/∂F`, objectivity, symmetric tangents, momenta.
 
 use proptest::prelude::*;
+use testkit::strategies::{rotation, vector};
 
 use super::*;
 use crate::law::tensor::double_dot;
@@ -22,21 +23,9 @@ fn any_material() -> impl Strategy<Value = Material> {
     })
 }
 
-fn any_vector(half: f64) -> impl Strategy<Value = DVec3> {
-    let component = || -half..half;
-    (component(), component(), component()).prop_map(DVec3::from)
-}
-
 fn any_matrix(half: f64) -> impl Strategy<Value = DMat3> {
-    let column = || any_vector(half);
+    let column = || vector(half);
     (column(), column(), column()).prop_map(|(x, y, z)| DMat3::from_cols(x, y, z))
-}
-
-fn any_rotation() -> impl Strategy<Value = DMat3> {
-    (any_vector(1.0), -3.0..3.0_f64).prop_map(|(axis, angle)| {
-        let axis = axis.try_normalize().unwrap_or(DVec3::X);
-        DMat3::from_quat(DQuat::from_axis_angle(axis, angle))
-    })
 }
 
 /// A jittered block whose rows are any that are linearly consistent: every pair weighs 0.05 to 1 times as
@@ -86,11 +75,6 @@ fn any_rows() -> impl Strategy<Value = (Block, u64)> {
     })
 }
 
-/// `a bᵀ`.
-fn outer(a: DVec3, b: DVec3) -> DMat3 {
-    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
-}
-
 proptest! {
     #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, ..ProptestConfig::default() })]
 
@@ -126,10 +110,11 @@ proptest! {
         material in any_material(),
         f in any_matrix(0.9),
         (a, b) in (any_matrix(1.0), any_matrix(1.0)),
-        rotation in any_rotation(),
+        rotation in rotation(),
     ) {
         let f = DMat3::IDENTITY + f;
         let (energy, stress) = material.energy_and_stress(f);
+        let rotation = DMat3::from_quat(rotation);
         let (turned, turned_stress) = material.energy_and_stress(rotation * f);
         let modulus = material.modulus_bound();
         prop_assert!((turned - energy).abs() < 1e-11 * (energy.abs() + modulus), "{turned} for {energy}");
@@ -156,7 +141,7 @@ proptest! {
         (block, seed) in any_rows(),
         material in any_material(),
         control in prop_oneof![Just(0.0), 0.01..0.5_f64],
-        rotation in any_rotation(),
+        rotation in rotation(),
     ) {
         let mut body = model(&block, material, control);
         let n = block.node_count();
@@ -164,11 +149,7 @@ proptest! {
         let mut random = Random::new(!seed);
         let (u, v): (Vec<DVec3>, Vec<DVec3>) =
             (0..n).map(|_| (random.vector(1.0), random.vector(1.0))).unzip();
-        let mut evaluate = |x: &[DVec3]| {
-            let mut f = vec![DVec3::ZERO; n];
-            let energy = body.forces_into(x, &mut f);
-            (energy, f)
-        };
+        let mut evaluate = |x: &[DVec3]| evaluated(&mut body, x);
         let step = 1e-6;
         let (ahead, behind) = (evaluate(&moved(&x, &u, step)), evaluate(&moved(&x, &u, -step)));
         let turned: Vec<DVec3> = x.iter().map(|x| rotation * *x + DVec3::new(3.0, -2.0, 1.0)).collect();
@@ -185,14 +166,11 @@ proptest! {
             prop_assert!(turned.distance(rotation * *f) < 1e-8 * size, "{turned} for {f}");
         }
 
-        let sum: DVec3 = f.iter().sum();
-        let torque: DVec3 = x.iter().zip(&f).map(|(x, f)| x.cross(*f)).sum();
-        prop_assert!(sum.length() < 1e-12 * size * (n as f64).sqrt(), "{sum} of {size}");
-        prop_assert!(torque.length() < 1e-11 * size * (n as f64).sqrt(), "{torque} of {size}");
+        let [sum, torque] = momenta(&x, &f);
+        prop_assert!(sum < 1e-12 * size * (n as f64).sqrt(), "{sum} of {size}");
+        prop_assert!(torque < 1e-11 * size * (n as f64).sqrt(), "{torque} of {size}");
 
-        let (mut ku, mut kv) = (vec![DVec3::ZERO; n], vec![DVec3::ZERO; n]);
-        body.tangent_product_into(&u, &mut ku);
-        body.tangent_product_into(&v, &mut kv);
+        let (ku, kv) = (product(&mut body, &u), product(&mut body, &v));
         let stiff = dot(&ku, &ku).sqrt() * moves;
         prop_assert!((dot(&ku, &v) - dot(&kv, &u)).abs() < 1e-11 * stiff, "of {stiff}");
         let change: Vec<DVec3> =

@@ -5,7 +5,6 @@ use proptest::prelude::*;
 use super::cuts::law;
 use super::*;
 use crate::kernel::storage::PARALLEL_NODES;
-use crate::law::tensor::outer;
 
 /// From the definition, sum by sum; `see` says which nodes have a strain of their own.
 fn by_definition(block: &Block, see: impl Fn(usize) -> bool, x: &[DVec3]) -> Vec<DVec3> {
@@ -144,11 +143,7 @@ fn any_thread_count_reads_the_same_bits() {
     assert!(block.node_count() > PARALLEL_NODES);
     let x = shaken(&block, 0.01, 1);
     let body = model(&block, law(), 0.1);
-    let run = |threads: usize| {
-        let pool = ThreadPoolBuilder::new().num_threads(threads).build();
-        pool.expect("threads")
-            .install(|| body.smoothed_positions(&x))
-    };
+    let run = |threads| testkit::on_threads(threads, || body.smoothed_positions(&x));
     let serial = run(1);
     for threads in [2, 3, 7] {
         assert!(run(threads) == serial, "{threads} threads differ");
