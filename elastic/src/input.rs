@@ -180,11 +180,8 @@ impl<'a> Stencils<'a> {
         same_length("offsets", self.offsets.len(), node_count + 1)?;
         same_length("weights", self.weights.len(), pairs)?;
         same_length("matrices", self.matrices.len(), node_count)?;
-        let corrected = if self.multipliers.is_empty() {
-            0
-        } else {
-            node_count
-        };
+        let is_corrected = !self.multipliers.is_empty();
+        let corrected = if is_corrected { node_count } else { 0 };
         same_length("multipliers", self.multipliers.len(), corrected)?;
         same_length("scales", self.scales.len(), corrected)?;
         let mut last = 0;

@@ -42,11 +42,6 @@ impl Part {
     pub fn ends(&self) -> &[u32] {
         &self.ends
     }
-
-    /// A position in the order of [`Part::ends`], by its node.
-    fn end(&self, node: u32) -> Option<usize> {
-        self.ends.binary_search(&node).ok()
-    }
 }
 
 /// Products within some of the nodes, and what other processes have of them.
@@ -80,16 +75,15 @@ impl Elastic {
     /// # Panics
     /// If a slice is not as long as there are such nodes, or the part is another model's.
     pub fn set_part_state(&mut self, part: &Part, gradients: &[DMat3], positions: &[DVec3]) {
-        assert_eq!(
-            gradients.len(),
-            part.subset.rows.len(),
-            "one gradient per row"
-        );
+        assert_eq!(gradients.len(), part.rows().len(), "one gradient per row");
         assert_eq!(positions.len(), part.ends.len(), "one place per end");
-        for (&node, &gradient) in part.subset.rows.iter().zip(gradients) {
+        for (&node, &gradient) in part.rows().iter().zip(gradients) {
             set_gradient(&mut self.tables.deformation, node as usize, gradient);
         }
-        let place = |node: u32| part.end(node).map_or(DVec3::ZERO, |at| positions[at]);
+        let place = |node: u32| {
+            let end = part.ends.binary_search(&node);
+            end.map_or(DVec3::ZERO, |at| positions[at])
+        };
         self.cut.bonds.set_part(&part.bonds, place);
         let rest = &self.model.rest;
         let displacement = |node: u32| place(node) - rest[node as usize];
@@ -105,12 +99,9 @@ impl Elastic {
     /// # Panics
     /// If a slice is not as long as there are nodes in the part, or the part is another model's.
     pub fn tangent_product_within(&mut self, part: &Part, vector: &[DVec3], product: &mut [DVec3]) {
-        assert_eq!(vector.len(), part.subset.nodes.len(), "one vector per node");
-        assert_eq!(
-            product.len(),
-            part.subset.nodes.len(),
-            "one product per node"
-        );
+        let n = part.nodes().len();
+        assert_eq!(vector.len(), n, "one vector per node");
+        assert_eq!(product.len(), n, "one product per node");
         let parts = (&self.model, &self.state, &mut self.scratch);
         let subset = &part.subset;
         match self.tables.split() {
@@ -119,13 +110,10 @@ impl Elastic {
                 tangent::product_within(parts, table, subset, vector, product);
             }
         }
-        let fronts = &self.cut.fronts;
+        let CutState { bonds, fronts, .. } = &self.cut;
         fronts.add_product_within(&part.fronts, vector, product);
-        self.scratch
-            .stale
-            .add_part(&part.subset, self.model.means.is_some());
-        self.cut
-            .bonds
-            .add_product_within(&part.bonds, vector, product);
+        bonds.add_product_within(&part.bonds, vector, product);
+        let stale = &mut self.scratch.stale;
+        stale.add_part(subset, self.model.means.is_some());
     }
 }

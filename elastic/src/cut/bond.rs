@@ -14,8 +14,8 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::kernel::storage::Planes;
-use crate::kernel::storage::{gradient, set_gradient};
+use crate::kernel::storage::{Planes, gradient, set_gradient};
+use crate::kernel::subset::place_among;
 use crate::law::tensor::outer;
 
 /// `kappa`: a full neighbourhood of bonds then resists shear a third as much as the tissue did
@@ -204,10 +204,7 @@ impl Bonds {
 
     /// The bonds that a part's nodes are in.
     pub(crate) fn of_part(&self, nodes: &[u32]) -> Vec<PartBond> {
-        let place = |node: u32| {
-            let found = nodes.binary_search(&node).ok();
-            found.and_then(|at| u32::try_from(at).ok())
-        };
+        let place = |node: u32| place_among(nodes, node);
         let bonds = (0_u32..).zip(&self.list);
         bonds
             .map(|(at, bond)| (at, place(bond.node), place(bond.other)))
@@ -256,9 +253,8 @@ impl Bonds {
             let mut layer = Vec::new();
             for &node in &open {
                 let from = self.list.partition_point(|bond| bond.node < node);
-                let row = self.list[from..]
-                    .iter()
-                    .take_while(|bond| bond.node == node);
+                let row = self.list[from..].iter();
+                let row = row.take_while(|bond| bond.node == node);
                 let others = row.map(|bond| bond.other);
                 let hosts: Vec<u32> = others.filter(|other| !weak(other, &open)).collect();
                 if !hosts.is_empty() {
@@ -266,8 +262,7 @@ impl Bonds {
                 }
             }
             if layer.is_empty() {
-                self.hosts
-                    .extend(open.iter().map(|&node| (node, Vec::new())));
+                self.hosts.extend(open.iter().map(|&node| (node, vec![])));
                 return;
             }
             open.retain(|node| layer.binary_search_by(|(at, _)| at.cmp(node)).is_err());

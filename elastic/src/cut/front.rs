@@ -12,6 +12,7 @@ use glam::{DMat3, DVec3};
 
 use crate::kernel::fixed::Tables;
 use crate::kernel::nodes::Model;
+use crate::kernel::subset::place_among;
 use crate::law::tensor::outer;
 
 /// `beta`. Work of a centre crack of 4 spacings over its closed form, at two positions of its line, with 0, 1.5, 2, 2.5, 3: mode
@@ -270,10 +271,7 @@ impl Fronts {
 
     /// The fronts that a part's nodes are in.
     pub(crate) fn of_part(&self, nodes: &[u32]) -> Vec<PartFront> {
-        let place = |node: u32| {
-            let found = nodes.binary_search(&node).ok();
-            found.and_then(|at| u32::try_from(at).ok())
-        };
+        let place = |node: u32| place_among(nodes, node);
         let fronts = (0_u32..).zip(&self.0);
         fronts
             .map(|(at, front)| {

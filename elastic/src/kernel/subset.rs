@@ -32,6 +32,12 @@ impl Subset {
     }
 }
 
+/// Position of a node among some that ascend.
+pub(crate) fn place_among(nodes: &[u32], node: u32) -> Option<u32> {
+    let found = nodes.binary_search(&node).ok();
+    found.and_then(|at| u32::try_from(at).ok())
+}
+
 /// A set of nodes, one bit each: neighbours of neighbours name a node dozens of times.
 struct Marks {
     words: Vec<u64>,

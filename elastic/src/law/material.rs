@@ -220,50 +220,30 @@ impl Material {
                 })
             }
         };
+        let not_negative =
+            |parameter, value: f64| check(value >= 0.0, parameter, value, "must not be negative");
         let (mu, lambda) = (self.lame_mu(), self.lame_lambda());
         let sound = mu > 0.0 && 3.0 * lambda + 2.0 * mu > 0.0;
         if !(sound && mu.is_finite() && lambda.is_finite()) {
             let (modulus, ratio) = hooke(mu, lambda);
             if mu.is_finite() && (ratio <= -1.0 || ratio >= 0.5) {
-                check(
-                    false,
-                    "Poisson's ratio",
-                    ratio,
-                    "must lie between -1 and 0.5; lambda / (2 (lambda + mu)) of a law by Lamé's parameters",
-                )?;
+                let allowed = "must lie between -1 and 0.5; lambda / (2 (lambda + mu)) of a law by Lamé's parameters";
+                check(false, "Poisson's ratio", ratio, allowed)?;
             }
-            check(
-                false,
-                "Young's modulus",
-                modulus,
-                "must be positive and finite; mu (3 lambda + 2 mu) / (lambda + mu) of a law by Lamé's parameters",
-            )?;
+            let allowed = "must be positive and finite; mu (3 lambda + 2 mu) / (lambda + mu) of a law by Lamé's parameters";
+            check(false, "Young's modulus", modulus, allowed)?;
         }
         if let Law::MooneyRivlin { c10, c01, .. } = self.law {
-            check(c10 >= 0.0, "c10", c10, "must not be negative")?;
-            check(c01 >= 0.0, "c01", c01, "must not be negative")?;
-            check(
-                lambda >= 4.0 * c01,
-                "lame_lambda",
-                lambda,
-                "must be at least 4 c01",
-            )?;
+            not_negative("c10", c10)?;
+            not_negative("c01", c01)?;
+            let high = lambda >= 4.0 * c01;
+            check(high, "lame_lambda", lambda, "must be at least 4 c01")?;
         }
-        check(
-            self.volume_constant >= 0.0,
-            "volume_constant",
-            self.volume_constant,
-            "must not be negative",
-        )?;
-        check(
-            self.barrier >= 0.0,
-            "barrier",
-            self.barrier,
-            "must not be negative",
-        )?;
+        not_negative("volume_constant", self.volume_constant)?;
+        not_negative("barrier", self.barrier)?;
         if let Some(fiber) = self.fiber {
             let (k1, k2, kappa) = (fiber.stiffness, fiber.exponent, fiber.dispersion);
-            check(k1 >= 0.0, "fiber.stiffness", k1, "must not be negative")?;
+            not_negative("fiber.stiffness", k1)?;
             check(k2 > 0.0, "fiber.exponent", k2, "must be positive")?;
             let range = (0.0..=1.0 / 3.0).contains(&kappa);
             check(range, "fiber.dispersion", kappa, "must lie in [0, 1/3]")?;
@@ -272,14 +252,9 @@ impl Material {
             check(unit, "fiber.direction", length, "must be a unit vector")?;
         }
         for term in &self.prony {
-            let (ratio, time) = (term.ratio, term.relaxation_time);
-            check(ratio >= 0.0, "prony.ratio", ratio, "must not be negative")?;
-            check(
-                time > 0.0,
-                "prony.relaxation_time",
-                time,
-                "must be positive",
-            )?;
+            let (name, time) = ("prony.relaxation_time", term.relaxation_time);
+            not_negative("prony.ratio", term.ratio)?;
+            check(time > 0.0, name, time, "must be positive")?;
         }
         Ok(())
     }

@@ -4,8 +4,7 @@ use crate::input::Dilatation;
 use crate::law::checks::{BadSetting, Checks};
 use crate::law::fiber::Fiber;
 use crate::law::material::Material;
-use crate::law::prony::MAX_PRONY_TERMS;
-use crate::law::prony::PronyTerm;
+use crate::law::prony::{MAX_PRONY_TERMS, PronyTerm};
 
 /// Pressure of the barrier against collapse, in shear moduli. Of the 18 liver rows of `benches -- matrix` six have nodes with
 /// `det F <= 0` without it (down to -0.39); with 15, 25 and 40 none, none and one. Steeper ones take shorter steps where
@@ -362,11 +361,11 @@ mod tests {
         let bad = settings.check();
         let fields: Vec<&str> = bad.iter().map(|bad| bad.field.as_str()).collect();
         assert_eq!(fields, ["density", "model.share", "fiber.direction"]);
-        let told = bad[1].to_string();
-        assert!(
-            told.starts_with("model.share is 0.9; it must be from 0 to 0.750"),
-            "{told}"
+        let (told, begin) = (
+            bad[1].to_string(),
+            "model.share is 0.9; it must be from 0 to 0.750",
         );
+        assert!(told.starts_with(begin), "{told}");
         assert_eq!(bad[1].with, ["poissons_ratio"]);
     }
 }
