@@ -100,6 +100,17 @@ pub fn patch(side: u32, lean: f64, seed: u64) -> (Vec<DVec3>, Vec<DVec3>, Vec<f6
     out
 }
 
+/// `n` evenly spread points of the unit sphere, along a golden spiral about y.
+#[must_use]
+pub fn golden_sphere(n: u32) -> Vec<DVec3> {
+    let at = |i: u32| {
+        let y = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(n);
+        let (sine, cosine) = (2.399_963_229_728_653 * f64::from(i)).sin_cos();
+        (DVec3::new(cosine, 0.0, sine) * (1.0 - y * y).sqrt()).with_y(y)
+    };
+    (0..n).map(at).collect()
+}
+
 /// Faces of a box, seen from outside counterclockwise; bit 0, 1, 2 of a corner's number: high in x, y, z.
 pub const BOX_FACES: [[u32; 4]; 6] = [
     [0, 2, 3, 1],

@@ -124,15 +124,8 @@ mod tests {
 
     /// A golden spiral on a ball of 0.1 m, one node.
     fn ball() -> Tissue {
-        let (mut positions, mut normals) = (Vec::new(), Vec::new());
-        for i in 0..2_000 {
-            let y = 1.0 - (f64::from(i) + 0.5) / 1_000.0;
-            let ring = (1.0 - y * y).sqrt();
-            let (sine, cosine) = (2.399_963_229_728_653 * f64::from(i)).sin_cos();
-            let out = DVec3::new(ring * cosine, y, ring * sine);
-            positions.push(0.1 * out);
-            normals.push(out);
-        }
+        let normals = testkit::cloud::golden_sphere(2_000);
+        let positions: Vec<DVec3> = normals.iter().map(|out| 0.1 * *out).collect();
         let areas = vec![4.0 * std::f64::consts::PI * 0.01 / 2_000.0; 2_000];
         let settings = TissueSettings::default();
         let tissue = Tissue::new(&positions, &normals, &areas, &[DVec3::ZERO], &settings);

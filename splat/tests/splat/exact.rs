@@ -1,6 +1,6 @@
 //! Pictures against exact ones: no holes, true silhouettes, crisp rims; bitwise identical on any thread
 //! count.
-use crate::oracle::{Shape, box_distance, compare};
+use crate::oracle::{Shape, box_distance, compare, ray};
 use glam::{DMat2, DMat3, DVec2, DVec3, Vec3};
 use phyxel_splat::{
     Camera, DrawMode, DrawnMesh, Frame, Image, ImageCoat, Lens, RenderSettings, Renderer,
@@ -35,22 +35,19 @@ fn at_rest(shape: Shape, count: u32) -> (Tissue, Splats) {
 }
 
 fn cameras(low: DVec3, high: DVec3) -> Vec<Camera> {
-    let mut out = Vec::new();
-    for direction in [
-        DVec3::new(-0.5, -0.7, -1.0),
-        DVec3::new(0.9, -0.3, 0.4),
-        DVec3::new(0.05, -1.0, -0.02),
-    ] {
-        out.push(Camera::framing(low, high, direction, DVec3::Y, 4.0 / 3.0));
-        out.push(Camera::framing_orthographic(
-            low,
-            high,
-            direction,
-            DVec3::Y,
-            4.0 / 3.0,
-        ));
-    }
-    out
+    let directions = [[-0.5, -0.7, -1.0], [0.9, -0.3, 0.4], [0.05, -1.0, -0.02]];
+    let both = directions.map(|direction| {
+        [Camera::framing, Camera::framing_orthographic]
+            .map(|framing| framing(low, high, DVec3::from(direction), DVec3::Y, 4.0 / 3.0))
+    });
+    both.as_flattened().to_vec()
+}
+
+/// An image that was written as PNG.
+fn image(file: &Frame) -> Arc<Image> {
+    let mut png = Vec::new();
+    file.write_png(&mut png).unwrap();
+    Arc::new(Image::read_png(Cursor::new(png)).unwrap())
 }
 
 #[test]
@@ -76,24 +73,19 @@ fn errors_fall_as_surfels_become_more_than_pixels() {
     let low = DVec3::splat(-1.0);
     let camera = cameras(low, -low)[0];
     for shape in [Shape::Sphere, Shape::UnevenSphere, Shape::Torus] {
-        let errors: Vec<(f64, f64)> = [2_500, 10_000, 40_000]
-            .iter()
-            .map(|&count| {
-                let (tissue, splats) = at_rest(shape, count);
-                let frame = draw(&tissue, &splats, &camera, settings(DrawMode::ThreePass, 1));
-                let d = compare(shape, &camera, &frame);
-                assert_eq!((d.holes, d.strays), (0, 0), "{shape:?}, {count}: {d:?}");
-                (d.depth, d.normal)
-            })
-            .collect();
+        let errors = [2_500, 10_000, 40_000].map(|count| {
+            let (tissue, splats) = at_rest(shape, count);
+            let frame = draw(&tissue, &splats, &camera, settings(DrawMode::ThreePass, 1));
+            let d = compare(shape, &camera, &frame);
+            assert_eq!((d.holes, d.strays), (0, 0), "{shape:?}, {count}: {d:?}");
+            (d.depth, d.normal)
+        });
         for pair in errors.windows(2) {
             let [(depth, normal), (next_depth, next_normal)] = [pair[0], pair[1]];
             assert!(next_depth < 0.5 * depth, "{shape:?}: {errors:?}");
             // Normals end at what single precision and the pixels' own slope leave.
-            assert!(
-                next_normal < 0.5 * normal || next_normal < 0.01,
-                "{shape:?}: {errors:?}"
-            );
+            let falls = next_normal < 0.5 * normal || next_normal < 0.01;
+            assert!(falls, "{shape:?}: {errors:?}");
         }
     }
 }
@@ -143,15 +135,9 @@ fn uneven_stretch_opens_no_hole() {
 fn an_image_lies_on_the_surface_by_place() {
     // Red left, green right, blue below both; one repeat over the block's front.
     let mut file = Frame::blank(2, 2);
-    file.pixels = vec![
-        [255, 0, 0, 255],
-        [0, 255, 0, 255],
-        [0, 0, 255, 255],
-        [0, 0, 255, 255],
-    ];
-    let mut png = Vec::new();
-    file.write_png(&mut png).unwrap();
-    let image = Arc::new(Image::read_png(Cursor::new(png)).unwrap());
+    let [red, green, blue] = [[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255]];
+    file.pixels = vec![red, green, blue, blue];
+    let image = image(&file);
     assert_eq!(image.size(), (2, 2));
     let (tissue, splats) = at_rest(Shape::Block, 600);
     let low = DVec3::splat(-0.8);
@@ -216,17 +202,12 @@ fn halves(p: DVec3, gap: f64) -> f64 {
 /// Pixels nearer than anything exact within 1.5 pixels, and pixels missing inside.
 fn strays_and_holes(frame: &Frame, camera: &Camera, gap: f64) -> (usize, usize) {
     let (w, h) = (frame.width as usize, frame.height as usize);
-    let Lens::Perspective { focal } = camera.lens else {
-        panic!("a perspective camera is expected");
-    };
     // Twice as fine as the frame.
     let wide = 2 * w;
     let mut exact = vec![f64::INFINITY; 4 * w * h];
     for (k, depth) in exact.iter_mut().enumerate() {
-        let f = 2.0 * focal * h as f64;
-        let px = (k % wide) as f64 + 0.5 - w as f64;
-        let py = h as f64 - (k / wide) as f64 - 0.5;
-        let ray = (camera.forward + camera.right * (px / f) + camera.up * (py / f)).normalize();
+        let at = ((k % wide) as f64 + 0.5, (k / wide) as f64 + 0.5);
+        let (_, ray) = ray(camera, (wide as f64, 2.0 * h as f64), at);
         let mut t = 0.0;
         for _ in 0..400 {
             let d = halves(camera.eye + ray * t, gap);
@@ -247,10 +228,7 @@ fn strays_and_holes(frame: &Frame, camera: &Camera, gap: f64) -> (usize, usize) 
             let mut around = Vec::new();
             for v in (2 * y).saturating_sub(2)..(2 * y + 4).min(2 * h) {
                 for u in (2 * x).saturating_sub(2)..(2 * x + 4).min(wide) {
-                    let (du, dv) = (
-                        u as f64 - 2.0 * x as f64 - 0.5,
-                        v as f64 - 2.0 * y as f64 - 0.5,
-                    );
+                    let [du, dv] = [(u, x), (v, y)].map(|(u, x)| u as f64 - 2.0 * x as f64 - 0.5);
                     if du.hypot(dv) <= 3.0 {
                         around.push(exact[v * wide + u]);
                     }
@@ -271,8 +249,7 @@ fn rim_of_a_straight_cut_is_crisp_only_with_clipping() {
     let gap = 0.25;
     let low = DVec3::new(-0.8, -0.6, -0.7);
     let high = DVec3::new(0.8 + gap, 0.6, 0.7);
-    let (clipped, clipped_splats) = opened_block(true, gap);
-    let (plain, plain_splats) = opened_block(false, gap);
+    let [clipped, plain] = [true, false].map(|clip| opened_block(clip, gap));
     let mut bristles = 0;
     for direction in [
         DVec3::new(-0.5, -0.7, -1.0),
@@ -282,26 +259,14 @@ fn rim_of_a_straight_cut_is_crisp_only_with_clipping() {
         DVec3::new(0.6, 0.5, -0.9),
     ] {
         let camera = Camera::framing(low, high, direction, DVec3::Y, 4.0 / 3.0);
-        let frame = draw(
-            &clipped,
-            &clipped_splats,
-            &camera,
-            settings(DrawMode::ThreePass, 1),
-        );
-        let found = strays_and_holes(&frame, &camera, gap);
+        let [found, without] = [&clipped, &plain].map(|(tissue, splats)| {
+            let frame = draw(tissue, splats, &camera, settings(DrawMode::ThreePass, 1));
+            strays_and_holes(&frame, &camera, gap)
+        });
         assert_eq!(found, (0, 0), "strays and holes from {direction}");
-        let frame = draw(
-            &plain,
-            &plain_splats,
-            &camera,
-            settings(DrawMode::ThreePass, 1),
-        );
-        bristles += strays_and_holes(&frame, &camera, gap).0;
+        bristles += without.0;
     }
-    assert!(
-        bristles > 100,
-        "without clipping disks stick out, found {bristles} pixels"
-    );
+    assert!(bristles > 100, "{bristles} pixels without clipping");
 }
 
 #[test]
@@ -363,12 +328,11 @@ fn tools_hide_and_are_hidden() {
 /// Through a gap one sees the body's inside, from behind; nothing else changes.
 #[test]
 fn gaps_show_the_inside() {
-    let (mut x, mut n, mut a) = Shape::Sphere.samples(4_000);
-    let open = |p: &DVec3| p.z > 0.8 * p.length();
-    let kept: Vec<usize> = (0..x.len()).filter(|&i| !open(&x[i])).collect();
-    x = kept.iter().map(|&i| x[i]).collect();
-    n = kept.iter().map(|&i| n[i]).collect();
-    a = kept.iter().map(|&i| a[i]).collect();
+    // The normals of a ball's points are these; each has the same area.
+    let (mut x, _, mut a) = Shape::Sphere.samples(4_000);
+    x.retain(|p| p.z <= 0.8);
+    a.truncate(x.len());
+    let n = x.clone();
     let tissue = Tissue::new(&x, &n, &a, &[DVec3::ZERO], &TissueSettings::default()).unwrap();
     let splats = Splats::at_rest(tissue.surfels());
     let colors = vec![Vec3::splat(0.4); splats.positions.len()];
@@ -388,16 +352,10 @@ fn gaps_show_the_inside() {
             assert_eq!(before.to_bits(), after.to_bits());
         } else if after.is_finite() {
             let [r, g, b, _] = closed.pixels[k];
-            assert!(
-                r > 2 * g.max(b),
-                "pixel {k} is not the inside's: {r} {g} {b}"
-            );
+            assert!(r > 2 * g.max(b), "pixel {k} is not red: {r} {g} {b}");
             filled += 1;
         }
-        let (dx, dy) = (
-            f64::from(k as u32 % 320) - 159.5,
-            f64::from(k as u32 / 320) - 119.5,
-        );
+        let (dx, dy) = ((k % 320) as f64 - 159.5, (k / 320) as f64 - 119.5);
         // The hole's radius is 0.6 of the ball's, which fills 0.44 of 240 pixels.
         if dx.hypot(dy) < 0.5 * 0.44 * 240.0 {
             assert!(after.is_finite(), "pixel {k} shows the background");
@@ -421,9 +379,7 @@ fn images_lie_where_texture_coordinates_say() {
             _ => [0, 255, 0, 255],
         };
     }
-    let mut file = Vec::new();
-    frame.write_png(&mut file).unwrap();
-    let image = Arc::new(Image::read_png(Cursor::new(file)).unwrap());
+    let image = image(&frame);
     let place = |k: u32| f64::from(k) / f64::from(SIDE - 1) - 0.5;
     let x: Vec<DVec3> = (0..SIDE * SIDE)
         .map(|k| DVec3::new(place(k % SIDE), place(k / SIDE), 0.0))

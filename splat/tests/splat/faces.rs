@@ -6,7 +6,7 @@ use phyxel_splat::{
     Background, CAPSULE, Camera, Frame, Lighting, RenderSettings, Renderer, SplatView, Splats,
     Surface, Surfels, Tissue, TissueSettings,
 };
-use testkit::cloud::swept;
+use testkit::cloud::{lattice, swept};
 
 /// The cut's plane x = AT, and where it ends below and ahead.
 const AT: f64 = 0.031;
@@ -30,17 +30,9 @@ fn opened(p: DVec3) -> DVec3 {
 fn wound() -> (Tissue, Splats) {
     let (x, n, a) = Shape::Sphere.samples(6_000);
     let step = 0.15;
-    let nodes: Vec<DVec3> = (0..15 * 15 * 15)
-        .map(|k| {
-            DVec3::new(
-                f64::from(k % 15),
-                f64::from(k / 15 % 15),
-                f64::from(k / 225),
-            )
-        })
-        .map(|k| (k - 7.0) * step)
-        .filter(|p| p.length() < 1.0)
-        .collect();
+    let mut nodes = lattice([15; 3], 1.0, 0.0, 1);
+    nodes.iter_mut().for_each(|p| *p = (*p - 7.0) * step);
+    nodes.retain(|p| p.length() < 1.0);
     let mut tissue = Tissue::new(&x, &n, &a, &nodes, &TissueSettings::default()).unwrap();
     let strips = 12;
     let edge = |k: i32| {
@@ -91,33 +83,23 @@ fn seen(frame: &Frame, k: usize) -> Seen {
 #[test]
 fn faces_of_a_wound_are_whole_from_all_around() {
     let (tissue, splats) = wound();
-    let colors: Vec<Vec3> = tissue
-        .surfels()
-        .materials
-        .iter()
-        .map(|&material| {
-            if material == CAPSULE {
-                Vec3::Z
-            } else {
-                Vec3::X
-            }
-        })
+    let materials = tissue.surfels().materials.iter();
+    let colors: Vec<Vec3> = materials
+        .map(|&m| if m == CAPSULE { Vec3::Z } else { Vec3::X })
         .collect();
     let view = SplatView {
         inside: Some(Vec3::Y),
         ..tissue.view(&splats, &colors)
     };
+    let dull = Surface {
+        specular: 0.0,
+        ..Surface::default()
+    };
     let mut renderer = Renderer::new(RenderSettings {
         width: SIDE,
         height: SIDE,
         samples: 1,
-        surfaces: vec![
-            Surface {
-                specular: 0.0,
-                ..Surface::default()
-            };
-            2
-        ],
+        surfaces: vec![dull; 2],
         lighting: Lighting {
             lights: Vec::new(),
             sky: Vec3::ONE,
@@ -134,13 +116,8 @@ fn faces_of_a_wound_are_whole_from_all_around() {
         let angle = 0.4 + 2.399_963 * f64::from(turn);
         let up = 0.25 + 0.7 * f64::from(turn) / 50.0;
         let out = DVec3::new(angle.cos(), angle.sin(), 0.0) * (1.0 - up * up).sqrt();
-        let camera = Camera::framing(
-            DVec3::splat(-1.0),
-            DVec3::splat(1.0),
-            -(out + DVec3::Z * up),
-            DVec3::Z,
-            1.0,
-        );
+        let (low, towards) = (DVec3::NEG_ONE, -(out + DVec3::Z * up));
+        let camera = Camera::framing(low, -low, towards, DVec3::Z, 1.0);
         let frame = renderer.draw(&view, &[], &camera);
         let size = SIDE as usize;
         for k in 4 * size..(size - 4) * size {

@@ -3,6 +3,7 @@
 use glam::DVec3;
 use phyxel_splat::{Camera, Frame, Lens};
 use std::f64::consts::{PI, TAU};
+use testkit::cloud::golden_sphere;
 
 /// Surfel positions, normals and areas.
 pub(crate) type Samples = (Vec<DVec3>, Vec<DVec3>, Vec<f64>);
@@ -52,14 +53,8 @@ impl Shape {
                 (p - ring).normalize()
             }
             Self::Block => {
-                let q = p.abs() - HALF;
-                if q.x >= q.y && q.x >= q.z {
-                    DVec3::X * p.x.signum()
-                } else if q.y >= q.z {
-                    DVec3::Y * p.y.signum()
-                } else {
-                    DVec3::Z * p.z.signum()
-                }
+                let axis = (p.abs() - HALF).max_position();
+                DVec3::AXES[axis] * p[axis].signum()
             }
         }
     }
@@ -83,21 +78,19 @@ impl Shape {
     /// About `n` evenly spread surfels.
     pub(crate) fn samples(self, n: u32) -> Samples {
         let mut out: Samples = (vec![], vec![], vec![]);
-        let golden = 2.399_963_229_728_653;
         match self {
-            Self::Sphere | Self::UnevenSphere => {
-                // Density falls as 1 / (low + (2 - 2 low) t) along y; a golden spiral keeps cells round.
-                let low = if self == Self::Sphere {
-                    1.0
-                } else {
-                    0.05 / 1.025
-                };
-                for i in 0..n {
+            Self::Sphere => {
+                out.0 = golden_sphere(n);
+                out.2 = vec![4.0 * PI / f64::from(n); out.0.len()];
+            }
+            Self::UnevenSphere => {
+                // Density falls as 1 / (low + (2 - 2 low) t) along y; the spiral keeps cells round.
+                let low = 0.05 / 1.025;
+                for (i, even) in (0..).zip(golden_sphere(n)) {
                     let t = (f64::from(i) + 0.5) / f64::from(n);
                     let y = 1.0 - 2.0 * (low * t + (1.0 - low) * t * t);
-                    let (s, c) = (f64::from(i) * golden).sin_cos();
-                    let ring = (1.0 - y * y).sqrt();
-                    out.0.push(DVec3::new(ring * c, y, ring * s));
+                    let ring = even.with_y(0.0).normalize() * (1.0 - y * y).sqrt();
+                    out.0.push(ring.with_y(y));
                     let share = low + 2.0 * (1.0 - low) * t;
                     out.2.push(4.0 * PI * share / f64::from(n));
                 }
@@ -129,11 +122,11 @@ impl Shape {
                     for sign in [-1.0, 1.0] {
                         for k in 0..np * nq {
                             let mut x = DVec3::ZERO;
+                            let unit =
+                                |k: i32, n: i32| 2.0 * (f64::from(k) + 0.5) / f64::from(n) - 1.0;
                             x[axis] = HALF[axis] * sign;
-                            x[p] =
-                                HALF[p] * (2.0 * (f64::from(k % np) + 0.5) / f64::from(np) - 1.0);
-                            x[q] =
-                                HALF[q] * (2.0 * (f64::from(k / np) + 0.5) / f64::from(nq) - 1.0);
+                            x[p] = HALF[p] * unit(k % np, np);
+                            x[q] = HALF[q] * unit(k / np, nq);
                             out.0.push(x);
                             out.2.push(4.0 * HALF[p] * HALF[q] / f64::from(np * nq));
                         }
@@ -161,31 +154,27 @@ pub(crate) struct Difference {
     pub(crate) inside: usize,
 }
 
+/// Where the ray of an image's point begins, and its direction: `x` and `y` pixels from the upper left of an image `w` wide and
+/// `h` high.
+pub(crate) fn ray(camera: &Camera, (w, h): (f64, f64), (x, y): (f64, f64)) -> (DVec3, DVec3) {
+    let aside = camera.right * (x - 0.5 * w) + camera.up * (0.5 * h - y);
+    match camera.lens {
+        Lens::Perspective { focal } => {
+            let along = camera.forward + aside / (focal * h);
+            (camera.eye, along.normalize())
+        }
+        Lens::Orthographic { height } => (camera.eye + aside * (height / h), camera.forward),
+    }
+}
+
 /// Compares a frame with the exact picture.
 pub(crate) fn compare(shape: Shape, camera: &Camera, frame: &Frame) -> Difference {
     let (w, h) = (frame.width as usize, frame.height as usize);
     let mut exact = vec![None; w * h];
     for y in 0..h {
         for x in 0..w {
-            let (px, py) = (
-                x as f64 + 0.5 - 0.5 * w as f64,
-                0.5 * h as f64 - y as f64 - 0.5,
-            );
-            let (from, direction) = match camera.lens {
-                Lens::Perspective { focal } => {
-                    let f = focal * h as f64;
-                    let d = camera.forward + camera.right * (px / f) + camera.up * (py / f);
-                    (camera.eye, d)
-                }
-                Lens::Orthographic { height } => {
-                    let s = height / h as f64;
-                    (
-                        camera.eye + camera.right * (px * s) + camera.up * (py * s),
-                        camera.forward,
-                    )
-                }
-            };
-            let along = direction.normalize();
+            let at = (x as f64 + 0.5, y as f64 + 0.5);
+            let (from, along) = ray(camera, (w as f64, h as f64), at);
             exact[y * w + x] = shape.hit(from, along).map(|t| {
                 let at = from + along * t;
                 ((at - camera.eye).dot(camera.forward), shape.normal(at))

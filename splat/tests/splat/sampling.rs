@@ -6,7 +6,8 @@ use phyxel_splat::{
     measures, triangle_area,
 };
 use proptest::prelude::*;
-use testkit::cloud::swept;
+use std::io::Cursor;
+use testkit::cloud::{golden_sphere, lattice, swept};
 use testkit::strategies;
 
 proptest! {
@@ -82,55 +83,37 @@ fn degenerate_triangles_give_no_sample() {
 fn measures_are_the_dissertations() {
     // A cross of four neighbours around a point raised by d: eqs (52)-(57) by hand.
     let d = 0.1;
-    let mut points = vec![DVec3::new(0.0, 0.0, d)];
-    for p in [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y] {
-        points.push(p);
-    }
+    let mut points = vec![DVec3::Z * d];
+    points.extend([DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y]);
     let mean = (1.0_f64 + d * d).sqrt();
     assert!((measures(&points, Measure::Density, 4)[0] - mean).abs() < 1e-15);
     let curvature = measures(&points, Measure::Curvature, 4)[0];
     assert!((curvature - 2.0 * d / (mean * mean)).abs() < 1e-14);
     assert!(measures(&points, Measure::Variation, 4)[0].abs() < 1e-15);
     // Six points of an octahedron around the first vary equally in all directions.
-    let ball: Vec<DVec3> = [
-        DVec3::ZERO,
-        DVec3::X,
-        DVec3::Y,
-        DVec3::Z,
-        -DVec3::X,
-        -DVec3::Y,
-        -DVec3::Z,
-    ]
-    .into();
+    let [x, y, z] = DVec3::AXES;
+    let ball = [DVec3::ZERO, x, y, z, -x, -y, -z];
     assert!((measures(&ball, Measure::Variation, 6)[0] - 1.0 / 3.0).abs() < 1e-14);
 }
 
 #[test]
 fn two_nearest_surfels_tell_inside_on_smooth_bodies_and_not_in_thin_ones() {
-    let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
-    let ball: Vec<DVec3> = (0..2_000)
-        .map(|i| {
-            let y = 1.0 - (f64::from(i) + 0.5) / 1_000.0;
-            let (sine, cosine) = (golden * f64::from(i)).sin_cos();
-            DVec3::new(cosine, 0.0, sine) * (1.0 - y * y).sqrt() + DVec3::Y * y
-        })
-        .collect();
+    let ball = golden_sphere(2_000);
     let settings = TissueSettings::default();
     let tissue = |x: &[DVec3], n: &[DVec3]| {
         Tissue::new(x, n, &vec![0.1; x.len()], &[DVec3::ZERO], &settings)
     };
     let round = tissue(&ball, &ball).unwrap();
     let wrong = |tissue: &Tissue, points: &[DVec3], inside: bool| {
-        let hit = points
-            .iter()
-            .filter(|&&x| tissue.is_behind_surfels(x) != inside);
-        hit.count()
+        let judged = points.iter().map(|&x| tissue.is_behind_surfels(x));
+        judged.filter(|&judged| judged != inside).count()
     };
     let at = |r: f64| ball.iter().map(|&x| x * r).collect::<Vec<_>>();
-    assert_eq!(
-        wrong(&round, &at(0.98), true) + wrong(&round, &at(1.01), false),
-        0
-    );
+    let misjudged = [
+        wrong(&round, &at(0.98), true),
+        wrong(&round, &at(1.01), false),
+    ];
+    assert_eq!(misjudged, [0, 0]);
     // A convex and a concave rim: of two faces that meet at a right angle, a body is what lies behind both
     // or behind one at least. Across the rim the nearest are one of each face.
     let (mut x, mut n) = (Vec::new(), Vec::new());
@@ -153,11 +136,7 @@ fn two_nearest_surfels_tell_inside_on_smooth_bodies_and_not_in_thin_ones() {
         let misjudged = around.iter().filter(|&&p| {
             let (front, side) = (sign * p.z > 0.0, sign * p.x > 0.0);
             // The faces stand on their own normals' sides of each other: concave for +1.
-            let inside = if sign > 0.0 {
-                !front || !side
-            } else {
-                !front && !side
-            };
+            let inside = !(front && side) && (sign > 0.0 || !(front || side));
             rim.is_behind_surfels(p) != inside
         });
         assert_eq!(misjudged.count(), 0, "{sign}");
@@ -167,11 +146,8 @@ fn two_nearest_surfels_tell_inside_on_smooth_bodies_and_not_in_thin_ones() {
     let (mut x, mut n) = (Vec::new(), Vec::new());
     for i in 0..400 {
         let at = DVec3::new(f64::from(i % 20), f64::from(i / 20), 0.0);
-        x.extend([
-            at,
-            at + DVec3::new(0.35, 0.5, -0.1),
-            at + DVec3::new(0.65, 0.5, -0.1),
-        ]);
+        let below = [0.35, 0.65].map(|x| at + DVec3::new(x, 0.5, -0.1));
+        x.extend([at, below[0], below[1]]);
         n.extend([DVec3::Z, DVec3::NEG_Z, DVec3::NEG_Z]);
     }
     let plate = tissue(&x, &n).unwrap();
@@ -185,10 +161,7 @@ fn two_nearest_surfels_tell_inside_on_smooth_bodies_and_not_in_thin_ones() {
 #[test]
 fn covering_disks_cover_a_lattice_exactly() {
     // On a square lattice the cell is a square: circumradius h / sqrt(2), times the overlap 1.15.
-    let mut x = Vec::new();
-    for i in 0..400 {
-        x.push(DVec3::new(f64::from(i % 20), f64::from(i / 20), 0.0));
-    }
+    let x = lattice([20, 20, 1], 1.0, 0.0, 1);
     let radii = RadiusRule::Covering.radii(&x, &vec![DVec3::Z; 400]);
     let expected = 1.15 * 0.5_f64.sqrt();
     for i in [210, 189, 150] {
@@ -201,15 +174,12 @@ fn images_read_back() {
     let mut frame = Frame::blank(320, 200);
     let scale = ColorScale::of(&[0.0, f64::NAN, 2.5]);
     Overlay::new(&mut frame).legend(&scale, "curvature");
-    assert!(
-        frame.pixels.iter().any(|p| p[0] > 200 && p[2] < 100),
-        "the bar's bright end"
-    );
+    let bright = frame.pixels.iter().any(|p| p[0] > 200 && p[2] < 100);
+    assert!(bright, "the bar's end");
+    let read = |file| png::Decoder::new(Cursor::new(file)).read_info().unwrap();
     let mut file = Vec::new();
     frame.write_png(&mut file).unwrap();
-    let mut reader = png::Decoder::new(std::io::Cursor::new(&file))
-        .read_info()
-        .unwrap();
+    let mut reader = read(file);
     let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
     reader.next_frame(&mut pixels).unwrap();
     assert_eq!(pixels, frame.pixels.as_flattened());
@@ -221,9 +191,7 @@ fn images_read_back() {
     animation.add(&Frame::blank(320, 200)).unwrap();
     assert!(animation.add(&frame).is_err(), "more than announced");
     animation.finish().unwrap();
-    let reader = png::Decoder::new(std::io::Cursor::new(&file))
-        .read_info()
-        .unwrap();
+    let reader = read(file);
     assert_eq!(reader.info().animation_control.unwrap().num_frames, 2);
     let short = Animation::new(Vec::new(), 4, 4, 2, 25).unwrap();
     assert!(short.finish().is_err(), "frames are missing");
@@ -231,10 +199,7 @@ fn images_read_back() {
 
 #[test]
 fn scales_map_ends_and_outside() {
-    let scale = ColorScale {
-        low: -1.0,
-        high: 3.0,
-    };
+    let scale = ColorScale::of(&[-1.0, 3.0]);
     assert_eq!(scale.color(-5.0), scale.color(-1.0));
     assert_eq!(scale.color(9.0), scale.color(3.0));
     assert_ne!(scale.color(-1.0), scale.color(3.0));
