@@ -112,10 +112,8 @@ impl Renderer {
             "one colour, material, texture point, place, radius and clip per splat"
         );
         let ss = index(self.settings.samples);
-        let (w, h) = (
-            index(self.settings.width) * ss,
-            index(self.settings.height) * ss,
-        );
+        let RenderSettings { width, height, .. } = self.settings;
+        let [w, h] = [width, height].map(|size| index(size) * ss);
         let raster = Raster {
             width: w,
             height: h,
@@ -127,24 +125,13 @@ impl Renderer {
         let mut behind = std::mem::take(&mut self.behind);
         let mut tiles = std::mem::take(&mut self.tiles);
         let contribution = |i: usize| self.contribution(view, i);
-        project(
-            view,
-            camera,
-            &raster,
-            Facing::Viewer,
-            &contribution,
-            &mut chunks,
-        );
+        let project = |facing, chunks: &mut Vec<Chunk>| {
+            project(view, camera, &raster, facing, &contribution, chunks);
+        };
+        project(Facing::Viewer, &mut chunks);
         let inside = view.inside.filter(|_| raster.mode == DrawMode::ThreePass);
         match inside {
-            Some(_) => project(
-                view,
-                camera,
-                &raster,
-                Facing::Away,
-                &contribution,
-                &mut behind,
-            ),
+            Some(_) => project(Facing::Away, &mut behind),
             None => behind.clear(),
         }
         let (triangles, lit) = screen_triangles(meshes, camera, &raster);
@@ -290,11 +277,8 @@ fn screen_triangles(
     let mut lit = Vec::new();
     let axes = camera.axes();
     for (m, mesh) in meshes.iter().enumerate() {
-        let points: Vec<DVec3> = mesh
-            .vertices
-            .iter()
-            .map(|&v| axes * (v - camera.eye))
-            .collect();
+        let seen = |&v: &DVec3| axes * (v - camera.eye);
+        let points: Vec<DVec3> = mesh.vertices.iter().map(seen).collect();
         let face = |t: &[u32; 3]| {
             let [a, b, c] = t.map(|i| points[index(i)]);
             (b - a).cross(c - a)
@@ -311,16 +295,14 @@ fn screen_triangles(
             let Some(screen) = screen_triangle(t.map(|i| points[index(i)]), camera, raster) else {
                 continue;
             };
-            let flip = |n: DVec3| {
-                let n = n.normalize_or_zero().as_vec3();
-                Vec3::new(n.x, -n.y, -n.z)
-            };
             let [a, b, c] = t.map(|i| {
-                flip(if mesh.smooth {
+                let n = if mesh.smooth {
                     smooth[index(i)]
                 } else {
                     face(t)
-                })
+                };
+                let n = n.normalize_or_zero().as_vec3();
+                Vec3::new(n.x, -n.y, -n.z)
             });
             let id = count(lit.len());
             let normal = a + b + c;

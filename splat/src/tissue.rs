@@ -224,14 +224,11 @@ impl Tissue {
     /// is not counted, and of a clip its part; search trees and hash tables are estimated.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        let clips = self.clips.iter().flatten();
-        let clips: usize = clips
-            .map(|clip| {
-                let held =
-                    size_of_val(&**clip) + size_of_val(&*clip.edges) + size_of_val(&*clip.walls);
-                held / Arc::strong_count(clip)
-            })
-            .sum();
+        let share = |clip: &Arc<Clip>| {
+            let lists = size_of_val(&*clip.edges) + size_of_val(&*clip.walls);
+            (size_of_val(&**clip) + lists) / Arc::strong_count(clip)
+        };
+        let clips: usize = self.clips.iter().flatten().map(share).sum();
         let doubles: usize = self.doubles.values().map(|all| size_of_val(&**all)).sum();
         self.surfels.bytes()
             + self.binding.bytes()
@@ -331,10 +328,8 @@ impl Tissue {
         inside: &(dyn Fn(DVec3) -> bool + Sync),
         crosses: &(dyn Fn(DVec3, DVec3) -> bool + Sync),
     ) -> Result<CutChange, SurfelError> {
-        if let Some(triangle) = triangles
-            .iter()
-            .position(|t| t.iter().any(|p| !p.is_finite()))
-        {
+        let is_bad = |t: &[DVec3; 3]| t.iter().any(|p| !p.is_finite());
+        if let Some(triangle) = triangles.iter().position(is_bad) {
             return Err(SurfelError::BadTriangle { triangle });
         }
         let mut change = CutChange::default();
@@ -352,8 +347,7 @@ impl Tissue {
             };
             change.doubled += self.surfels.len() - before;
             let fresh = count(before)..count(self.surfels.len());
-            let family = self.doubles.get(surfel).into_iter().flatten();
-            for &member in std::iter::once(surfel).chain(family) {
+            for member in self.family(*surfel) {
                 if fresh.contains(&member)
                     || moved.contains(&member)
                     || self.loses_a_node(member, hits)
@@ -405,15 +399,16 @@ impl Tissue {
 
     /// Surfels with their doubles, ascending.
     fn families<'a>(&self, of: impl Iterator<Item = &'a u32>) -> Vec<u32> {
-        let mut all: Vec<u32> = of
-            .flat_map(|surfel| {
-                let doubles = self.doubles.get(surfel).into_iter().flatten();
-                std::iter::once(surfel).chain(doubles).copied()
-            })
-            .collect();
+        let mut all: Vec<u32> = of.flat_map(|&surfel| self.family(surfel)).collect();
         all.sort_unstable();
         all.dedup();
         all
+    }
+
+    /// A surfel and its doubles.
+    fn family(&self, surfel: u32) -> impl Iterator<Item = u32> + '_ {
+        let doubles = self.doubles.get(&surfel).into_iter().flatten();
+        std::iter::once(surfel).chain(doubles.copied())
     }
 
     /// Gives surfels without a binding row one that [`Self::rebind`] replaces.

@@ -1,6 +1,6 @@
 //! Cameras.
 
-use glam::{DMat3, DVec3};
+use glam::{BVec3, DMat3, DVec3};
 
 /// How a camera maps depth.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -152,16 +152,11 @@ impl Camera {
             .cross(up)
             .try_normalize()
             .unwrap_or_else(|| forward.any_orthonormal_vector());
-        let corners = (0..8)
-            .map(|k| {
-                let pick = |bit: usize, a: f64, b: f64| if k >> bit & 1 == 0 { a } else { b };
-                DVec3::new(
-                    pick(0, low.x, high.x),
-                    pick(1, low.y, high.y),
-                    pick(2, low.z, high.z),
-                )
-            })
-            .collect();
+        let corner = |k: u32| {
+            let is_high = BVec3::new(k & 1 > 0, k & 2 > 0, k & 4 > 0);
+            DVec3::select(is_high, high, low)
+        };
+        let corners = (0..8).map(corner).collect();
         let camera = Self {
             eye: DVec3::ZERO,
             right,

@@ -23,18 +23,15 @@ impl Clip {
     /// True if `p` lies beyond an edge or the segment from the anchor to `p` crosses a wall.
     #[must_use]
     pub fn hides(&self, p: DVec2) -> bool {
-        self.is_beyond_edge(p)
-            || self
-                .walls
-                .iter()
-                .any(|&[a, b]| shadows(a - self.anchor, b - self.anchor, p - self.anchor))
+        let o = self.anchor;
+        let hides = |&[a, b]: &[DVec2; 2]| shadows(a - o, b - o, p - o);
+        self.is_beyond_edge(p) || self.walls.iter().any(hides)
     }
 
     /// True if `p` lies beyond an edge.
     pub(crate) fn is_beyond_edge(&self, p: DVec2) -> bool {
-        self.edges
-            .iter()
-            .any(|&(direction, offset)| p.dot(direction) > offset)
+        let mut edges = self.edges.iter();
+        edges.any(|&(direction, offset)| p.dot(direction) > offset)
     }
 }
 

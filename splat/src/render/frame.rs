@@ -48,18 +48,12 @@ impl Frame {
             for x in 0..index(width) {
                 let corner = 2 * y * stride + 2 * x;
                 let four = [corner, corner + 1, corner + stride, corner + stride + 1];
-                let mut sum = [0_u16; 4];
-                for at in four {
-                    for (sum, channel) in sum.iter_mut().zip(self.pixels[at]) {
-                        *sum += u16::from(channel);
-                    }
-                }
-                pixels.push(sum.map(|s| u8::try_from((s + 2) / 4).unwrap_or(u8::MAX)));
-                depth.push(
-                    four.map(|at| self.depth[at])
-                        .into_iter()
-                        .fold(f32::INFINITY, f32::min),
-                );
+                pixels.push([0, 1, 2, 3].map(|channel| {
+                    let sum: u16 = four.map(|at| self.pixels[at][channel].into()).iter().sum();
+                    u8::try_from((sum + 2) / 4).unwrap_or(u8::MAX)
+                }));
+                let depths = four.map(|at| self.depth[at]).into_iter();
+                depth.push(depths.fold(f32::INFINITY, f32::min));
             }
         }
         Self {

@@ -49,11 +49,11 @@ impl Image {
         let mut bytes = vec![0; channels * index(width) * index(height)];
         reader.next_frame(&mut bytes)?;
         let gray = channels < 3;
-        let texels = bytes
-            .chunks_exact(channels)
-            .map(|p| if gray { [p[0]; 3] } else { [p[0], p[1], p[2]] })
-            .map(decoded)
-            .collect();
+        let texel = |p: &[u8]| {
+            let rgb = if gray { [p[0]; 3] } else { [p[0], p[1], p[2]] };
+            rgb.map(|c| linear(f32::from(c) / 255.0)).into()
+        };
+        let texels = bytes.chunks_exact(channels).map(texel).collect();
         Ok(Self::of(index(width), index(height), texels))
     }
 
@@ -135,11 +135,6 @@ impl Level {
     }
 }
 
-/// Linear light of 8-bit sRGB (IEC 61966-2-1).
-fn decoded(rgb: [u8; 3]) -> Vec3 {
-    rgb.map(|c| linear(f32::from(c) / 255.0)).into()
-}
-
 /// Linear light of an sRGB colour, channels from 0 to 1 (IEC 61966-2-1).
 #[must_use]
 pub fn linear_color(srgb: [f64; 3]) -> Vec3 {
@@ -203,11 +198,8 @@ mod tests {
         for (k, &texel) in corners.iter().enumerate() {
             let at = Vec2::new([0.25, 0.75][k % 2], [0.25, 0.75][k / 2]);
             assert_eq!(image.color(at, 0.0), texel);
-            assert_eq!(
-                image.color(at + Vec2::new(3.0, -5.0), 0.0),
-                texel,
-                "repeated"
-            );
+            let repeated = image.color(at + Vec2::new(3.0, -5.0), 0.0);
+            assert_eq!(repeated, texel);
         }
         assert_eq!(image.color(Vec2::splat(0.5), 0.0), Vec3::splat(0.5));
         assert_eq!(image.color(Vec2::splat(0.1), 1.0), Vec3::splat(0.5));

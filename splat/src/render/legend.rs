@@ -91,11 +91,8 @@ impl<'a> Overlay<'a> {
     fn fill(&mut self, x: i64, y: i64, w: i64, h: i64, rgb: [u8; 3]) {
         for py in y.max(0)..(y + h).min(i64::from(self.frame.height)) {
             for px in x.max(0)..(x + w).min(i64::from(self.frame.width)) {
-                let k = py * i64::from(self.frame.width) + px;
-                if let Some(p) = usize::try_from(k)
-                    .ok()
-                    .and_then(|k| self.frame.pixels.get_mut(k))
-                {
+                let k = usize::try_from(py * i64::from(self.frame.width) + px).ok();
+                if let Some(p) = k.and_then(|k| self.frame.pixels.get_mut(k)) {
                     *p = [rgb[0], rgb[1], rgb[2], 255];
                 }
             }
@@ -149,13 +146,8 @@ impl<'a> Overlay<'a> {
         self.text(left, top - 16 * dot, dot, title);
         // What is nothing beside the other end is round-off.
         let size = scale.low.abs().max(scale.high.abs());
-        let end = |value: f64| {
-            short(if value.abs() < 1e-9 * size {
-                0.0
-            } else {
-                value
-            })
-        };
+        let is_nothing = |value: f64| value.abs() < 1e-9 * size;
+        let end = |value: f64| short(if is_nothing(value) { 0.0 } else { value });
         self.text(left, top - 8 * dot, dot, &end(scale.high));
         self.text(left, bottom + 3 * dot, dot, &end(scale.low));
     }

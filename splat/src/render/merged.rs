@@ -129,13 +129,7 @@ mod tests {
         assert!(plain.view().places.is_empty(), "no images, no places");
         let before = plain.view().radii.to_vec();
         plain.scale(0.5);
-        assert!(
-            plain
-                .view()
-                .radii
-                .iter()
-                .zip(before)
-                .all(|(a, b)| (*a - 0.5 * b).abs() < 1e-12)
-        );
+        let mut radii = plain.view().radii.iter().zip(before);
+        assert!(radii.all(|(a, b)| (*a - 0.5 * b).abs() < 1e-12));
     }
 }

@@ -99,11 +99,11 @@ mod tests {
 
     /// Volume (m³) that a closed mesh's triangles enclose, positive if they face outwards.
     fn volume(mesh: &DrawnMesh) -> f64 {
-        let corners = mesh
-            .triangles
-            .iter()
-            .map(|t| t.map(|k| mesh.vertices[k as usize]));
-        corners.map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum()
+        let volume = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(|k| mesh.vertices[k as usize]);
+            a.dot(b.cross(c)) / 6.0
+        };
+        mesh.triangles.iter().map(volume).sum()
     }
 
     #[test]

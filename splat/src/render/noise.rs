@@ -61,11 +61,8 @@ pub(crate) fn slope_noise(p: Vec3) -> Vec3 {
     let ([x, y, z], f) = cell(p);
     let s = f * f * (Vec3::splat(3.0) - 2.0 * f);
     let corner = |dx: i32, dy: i32, dz: i32| {
-        slope(hash(
-            x.wrapping_add(dx),
-            y.wrapping_add(dy),
-            z.wrapping_add(dz),
-        ))
+        let h = hash(x.wrapping_add(dx), y.wrapping_add(dy), z.wrapping_add(dz));
+        slope(h)
     };
     let edge = |dy: i32, dz: i32| corner(0, dy, dz).lerp(corner(1, dy, dz), s.x);
     let near = edge(0, 0).lerp(edge(1, 0), s.y);
@@ -86,11 +83,8 @@ pub(crate) fn gradient_noise(p: Vec3) -> f32 {
     };
     let mix = |a: f32, b: f32, t: f32| a + (b - a) * t;
     let edge = |dy: i32, dz: i32, y: f32, z: f32| {
-        mix(
-            corner(0, dy, dz, Vec3::new(0.0, y, z)),
-            corner(1, dy, dz, Vec3::new(1.0, y, z)),
-            s.x,
-        )
+        let at = |dx: i32, x: f32| corner(dx, dy, dz, Vec3::new(x, y, z));
+        mix(at(0, 0.0), at(1, 1.0), s.x)
     };
     let near = mix(edge(0, 0, 0.0, 0.0), edge(1, 0, 1.0, 0.0), s.y);
     let far = mix(edge(0, 1, 0.0, 1.0), edge(1, 1, 1.0, 1.0), s.y);

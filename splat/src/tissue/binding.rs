@@ -171,14 +171,19 @@ impl Binding {
         self.sight.resize(rows, Sight::Clear);
     }
 
-    /// Replaces one row.
-    pub(crate) fn store(&mut self, surfel: usize, row: &Row) {
+    /// Nodes, weights and slopes of one surfel, to be replaced.
+    fn row_mut(&mut self, surfel: usize) -> (&mut [u32], &mut [f64], &mut [[f64; 2]]) {
         let range = surfel * self.stride..(surfel + 1) * self.stride;
-        let (nodes, weights) = (
+        (
             &mut self.nodes[range.clone()],
             &mut self.weights[range.clone()],
-        );
-        let slopes = &mut self.slopes[range];
+            &mut self.slopes[range],
+        )
+    }
+
+    /// Replaces one row.
+    pub(crate) fn store(&mut self, surfel: usize, row: &Row) {
+        let (nodes, weights, slopes) = self.row_mut(surfel);
         nodes.fill(row.nodes[0]);
         weights.fill(0.0);
         slopes.fill([0.0; 2]);
@@ -191,26 +196,17 @@ impl Binding {
 
     /// Leaves a surfel the nodes of that piece which carries most of it; whether others carried it, too.
     pub(crate) fn keep_to_one(&mut self, surfel: usize, pieces: &[u32]) -> bool {
-        let range = surfel * self.stride..(surfel + 1) * self.stride;
-        let (nodes, weights) = (
-            &mut self.nodes[range.clone()],
-            &mut self.weights[range.clone()],
-        );
-        let slopes = &mut self.slopes[range];
+        let (nodes, weights, slopes) = self.row_mut(surfel);
         let piece = |node: u32| pieces[index(node)];
         if nodes.iter().all(|&node| piece(node) == piece(nodes[0])) {
             return false;
         }
-        let share = |of: u32| -> f64 {
-            let own = nodes
-                .iter()
-                .zip(&*weights)
-                .filter(|(node, _)| piece(**node) == of);
+        let share = |of: &u32| -> f64 {
+            let all = nodes.iter().zip(&*weights);
+            let own = all.filter(|(node, _)| piece(**node) == piece(*of));
             own.map(|(_, weight)| weight).sum()
         };
-        let most = nodes
-            .iter()
-            .max_by(|a, b| share(piece(**a)).total_cmp(&share(piece(**b))));
+        let most = nodes.iter().max_by(|a, b| share(a).total_cmp(&share(b)));
         let kept = *most.expect("a row has nodes");
         for ((node, weight), slope) in nodes.iter_mut().zip(&mut *weights).zip(&mut *slopes) {
             if piece(*node) != piece(kept) {
@@ -229,10 +225,8 @@ impl Binding {
         settings: &BindSettings,
         view: &View<'_>,
     ) -> Vec<Row> {
-        queries
-            .par_iter()
-            .map(|query| self.row_of(query, nodes, settings, view))
-            .collect()
+        let row = |query| self.row_of(query, nodes, settings, view);
+        queries.par_iter().map(row).collect()
     }
 
     fn row_of(
@@ -315,11 +309,8 @@ impl Binding {
             look.nearest.get_or_insert(link);
             // With nothing in sight the search continues: better a far node of the own piece than a
             // near one of another.
-            let most = if look.found.is_empty() {
-                POOLS * settings.pool
-            } else {
-                settings.pool
-            };
+            let pools = if look.found.is_empty() { POOLS } else { 1 };
+            let most = pools * settings.pool;
             if look.found.len() == self.stride || looked >= most {
                 break;
             }

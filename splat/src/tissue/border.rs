@@ -1,6 +1,7 @@
 //! Where a cut ends inside the body: the edges that only one of its triangles has.
 
 use crate::cast::{count, index};
+use crate::tissue::geometry::envelope;
 use crate::tissue::memory::{map_bytes, tree_bytes};
 use glam::DVec3;
 use rstar::RTree;
@@ -48,9 +49,8 @@ impl Borders {
 
     /// Numbers of the triangles whose box comes within `radius` of `x`, ascending.
     pub(crate) fn triangles_near(&self, x: DVec3, radius: f64) -> Vec<u32> {
-        let near = self
-            .boxes
-            .locate_within_distance(x.to_array(), radius * radius);
+        let boxes = &self.boxes;
+        let near = boxes.locate_within_distance(x.to_array(), radius * radius);
         let mut found: Vec<u32> = near.map(|node| node.data).collect();
         found.sort_unstable();
         found
@@ -72,12 +72,7 @@ impl Borders {
             let triangle = self.triangle_count();
             self.joined.push(triangle);
             self.triangles.push(*corners);
-            let [low, high] = [corners[0].min(corners[1]), corners[0].max(corners[1])];
-            let (low, high) = (
-                low.min(corners[2]).to_array(),
-                high.max(corners[2]).to_array(),
-            );
-            let rectangle = Rectangle::from_corners(low, high);
+            let rectangle = Rectangle::from_aabb(envelope(corners, 0.0));
             self.boxes.insert(GeomWithData::new(rectangle, triangle));
             for k in 0..3_u8 {
                 let [a, b, _] = corners_from(corners, k);
@@ -147,20 +142,17 @@ impl Borders {
     /// The point on the free edges of all sheets that is nearest to `x`, if it is at most `radius` away,
     /// moved on by `ahead`, out of the cut and in its plane.
     pub(crate) fn way_round(&self, x: DVec3, radius: f64, ahead: f64) -> Option<DVec3> {
-        let (nearest, squared) = self
+        let mut near = self
             .free
-            .nearest_neighbor_iter_with_distance_2(x.to_array())
-            .next()?;
+            .nearest_neighbor_iter_with_distance_2(x.to_array());
+        let (nearest, squared) = near.next()?;
         if squared > radius * radius {
             return None;
         }
         // Neighbouring edges share their end; which of them is taken must not depend on the tree.
         let same = squared * (1.0 + 1e-9);
-        let node = self
-            .free
-            .locate_within_distance(x.to_array(), same)
-            .min_by_key(|node| node_key(node))
-            .unwrap_or(nearest);
+        let tied = self.free.locate_within_distance(x.to_array(), same);
+        let node = tied.min_by_key(|node| node_key(node)).unwrap_or(nearest);
         let [a, b] = [node.geom().from, node.geom().to].map(DVec3::from_array);
         let along = (b - a).try_normalize()?;
         let inward = DVec3::from_array(node.data.1) - a;

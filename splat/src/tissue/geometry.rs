@@ -2,6 +2,13 @@
 
 use crate::render::surfels::Surfels;
 use glam::{DVec2, DVec3};
+use rstar::AABB;
+
+/// The box of a triangle (m), grown by a margin (m).
+pub(super) fn envelope(&[a, b, c]: &[DVec3; 3], margin: f64) -> AABB<[f64; 3]> {
+    let (low, high) = (a.min(b).min(c) - margin, a.max(b).max(c) + margin);
+    AABB::from_corners(low.to_array(), high.to_array())
+}
 
 /// The segment in which a triangle meets a surfel's tangent plane, in tangent coordinates (m).
 pub(super) fn wall_of_triangle(

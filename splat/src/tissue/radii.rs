@@ -281,12 +281,8 @@ fn circumradius(
 ) -> f64 {
     let (x, n) = (positions[i], normals[i]);
     let (t0, t1) = Surfels::tangents(n);
-    let mut cell = vec![
-        DVec2::new(-most, -most),
-        DVec2::new(most, -most),
-        DVec2::new(most, most),
-        DVec2::new(-most, most),
-    ];
+    let corners = [[-most, -most], [most, -most], [most, most], [-most, most]];
+    let mut cell = corners.map(DVec2::from).to_vec();
     let mut spare = Vec::with_capacity(12);
     for &j in near {
         let d = positions[j] - x;

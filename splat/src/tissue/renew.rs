@@ -2,14 +2,12 @@
 
 use super::Tissue;
 use crate::cast::{count, index};
-use crate::render::surfels::Surfels;
-use crate::tissue::geometry::nearest_on_triangle;
+use crate::tissue::geometry::{envelope, nearest_on_triangle};
 use crate::tissue::radii::{FACE_COSINE, Measure, RadiusMap, RadiusRule, measure_of, measures};
 use crate::tissue::texture::CAPSULE;
 use crate::tissue::tree::NodeTree;
 use glam::DVec3;
 use rayon::prelude::*;
-use rstar::AABB;
 use std::ops::Range;
 
 /// Surfels looked at for each neighbour that is wanted, before one beside a cut is content with fewer: half of
@@ -106,16 +104,13 @@ impl Tissue {
         let triangles = new.map(|t| self.borders.triangles()[index(t)]);
         let samples = &self.surfels.positions[index(first)..];
         for triangle in triangles.chain(samples.iter().map(|&x| [x; 3])) {
-            let low = triangle[0].min(triangle[1]).min(triangle[2]) - farthest;
-            let high = triangle[0].max(triangle[1]).max(triangle[2]) + farthest;
-            let envelope = AABB::from_corners(low.to_array(), high.to_array());
+            let envelope = envelope(&triangle, farthest);
             for tree in [&self.outer_tree, &self.skin_tree] {
                 for p in tree.locate_in_envelope(envelope) {
                     let x = self.surfels.positions[index(p.data)];
                     let apart = nearest_on_triangle(&triangle, x).distance(x);
-                    let family = self.doubles.get(&p.data).into_iter().flatten();
-                    let family = std::iter::once(&p.data).chain(family);
-                    out.extend(family.filter(|&&member| apart <= reach(member)));
+                    let family = self.family(p.data);
+                    out.extend(family.filter(|&member| apart <= reach(member)));
                 }
             }
         }
@@ -144,9 +139,8 @@ impl Tissue {
                     break;
                 }
                 farthest = away;
-                let family = self.doubles.get(&p.data).into_iter().flatten();
-                let family = std::iter::once(&p.data).chain(family);
-                around.extend(family.map(|&j| (self.place(j).distance_squared(x), j)));
+                let family = self.family(p.data);
+                around.extend(family.map(|j| (self.place(j).distance_squared(x), j)));
             }
         }
         around.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
@@ -183,13 +177,5 @@ impl Tissue {
             && materials[b] != CAPSULE
             && normals[a].dot(normals[b]) > FACE_COSINE
             && sheet(a) == sheet(b)
-    }
-
-    /// Where a surfel is as a sample of the surface: at its anchor, which is on its own side of a cut.
-    fn place(&self, surfel: u32) -> DVec3 {
-        let i = index(surfel);
-        let anchor = self.anchor(surfel);
-        let (t0, t1) = Surfels::tangents(self.surfels.normals[i]);
-        self.surfels.positions[i] + t0 * anchor.x + t1 * anchor.y
     }
 }

@@ -106,12 +106,8 @@ pub(crate) fn clear_anchor(clip: &mut Clip, walls: &[[DVec2; 2]], clearance: f64
             continue;
         };
         if gap.length() < clearance {
-            let side = if gap.dot(normal) < 0.0 {
-                -normal
-            } else {
-                normal
-            };
-            clip.anchor = foot + side * clearance;
+            let side = if gap.dot(normal) < 0.0 { -1.0 } else { 1.0 };
+            clip.anchor = foot + normal * side * clearance;
         }
     }
 }
@@ -130,6 +126,10 @@ pub(crate) fn at_surface(
     let (x, r) = (disk.point, disk.radius);
     let (t0, t1) = Surfels::tangents(disk.normal);
     let is_inside = inside(x);
+    let line = |y: DVec3, m: DVec3| {
+        let flat = DVec2::new(m.dot(t0), m.dot(t1));
+        Some((flat.try_normalize()?, (y - x).dot(m) / flat.length(), flat))
+    };
     let near = within(tree, surfels, x, 3.0 * r);
     if near.is_empty() {
         return is_inside.then(Clip::default);
@@ -139,8 +139,7 @@ pub(crate) fn at_surface(
     let mut lines: Vec<(DVec2, f64)> = Vec::new();
     for &j in &near {
         let (y, m) = (surfels.positions[index(j)], surfels.normals[index(j)]);
-        let flat = DVec2::new(m.dot(t0), m.dot(t1));
-        let Some(direction) = flat.try_normalize() else {
+        let Some((direction, first, flat)) = line(y, m) else {
             continue;
         };
         // A surface nearly parallel to the cut has no rim here.
@@ -154,14 +153,11 @@ pub(crate) fn at_surface(
             continue;
         }
         // Once more from the rim itself: the surfel nearest to the line bounds it best.
-        let first = (y - x).dot(m) / flat.length();
         let foot = x + (t0 * direction.x + t1 * direction.y) * first;
         let (y, m) = nearest_like(surfels, tree, foot, m).unwrap_or((y, m));
-        let flat = DVec2::new(m.dot(t0), m.dot(t1));
-        let Some(direction) = flat.try_normalize() else {
+        let Some((direction, offset, _)) = line(y, m) else {
             continue;
         };
-        let offset = (y - x).dot(m) / flat.length();
         chosen.push((y, m));
         if offset < r {
             lines.push((direction, offset));

@@ -5,11 +5,12 @@ use crate::cast::{count, index};
 use crate::render::clip::Clip;
 use crate::render::surfels::Surfels;
 use crate::tissue::binding::Sight;
-use crate::tissue::geometry::{Screen, nearest_on_segment, nearest_on_triangle, wall_of_triangle};
+use crate::tissue::geometry::{
+    Screen, envelope, nearest_on_segment, nearest_on_triangle, wall_of_triangle,
+};
 use crate::tissue::rim;
 use crate::tissue::texture::CAPSULE;
 use glam::{DVec2, DVec3};
-use rstar::AABB;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -27,17 +28,12 @@ impl Tissue {
         let mut hits: Vec<(u32, u32)> = Vec::new();
         for t in new {
             let triangle = &self.borders.triangles()[index(t)];
-            let low = triangle[0].min(triangle[1]).min(triangle[2]) - self.max_reach;
-            let high = triangle[0].max(triangle[1]).max(triangle[2]) + self.max_reach;
-            let envelope = AABB::from_corners(low.to_array(), high.to_array());
+            let envelope = envelope(triangle, self.max_reach);
             for tree in [&self.outer_tree, &self.skin_tree] {
                 for p in tree.locate_in_envelope(envelope) {
-                    let i = index(p.data);
-                    let x = self.surfels.positions[i];
-                    let family = self.doubles.get(&p.data).into_iter().flatten();
-                    let reach = family
-                        .map(|&double| self.reach(double))
-                        .fold(self.reach(p.data), f64::max);
+                    let x = self.surfels.positions[index(p.data)];
+                    let reaches = self.family(p.data).map(|member| self.reach(member));
+                    let reach = reaches.fold(0.0, f64::max);
                     if nearest_on_triangle(triangle, x).distance_squared(x) <= reach * reach {
                         hits.push((p.data, t));
                     }
@@ -58,12 +54,8 @@ impl Tissue {
     /// Adds the walls of triangles to a surfel and its doubles, and doubles it again for every
     /// part of the disk that no anchor sees any more. Returns those whose anchor moved.
     pub(super) fn split(&mut self, surfel: u32, hits: &[u32]) -> Vec<u32> {
-        let i = index(surfel);
-        let (x, n, r) = (
-            self.surfels.positions[i],
-            self.surfels.normals[i],
-            self.largest_radius(surfel),
-        );
+        let (i, r) = (index(surfel), self.largest_radius(surfel));
+        let (x, n) = (self.surfels.positions[i], self.surfels.normals[i]);
         let walls: Vec<[DVec2; 2]> = hits
             .iter()
             .map(|&t| &self.borders.triangles()[index(t)])
@@ -78,8 +70,7 @@ impl Tissue {
         if walls.is_empty() {
             return moved;
         }
-        let mut family = vec![surfel];
-        family.extend(self.doubles.get(&surfel).into_iter().flatten());
+        let mut family: Vec<u32> = self.family(surfel).collect();
         for &member in &family {
             let clip = Arc::make_mut(self.clips[index(member)].get_or_insert_default());
             clip.walls.extend(&walls);
@@ -93,11 +84,8 @@ impl Tissue {
             let foot = nearest_on_segment(a, b, DVec2::ZERO);
             let aside = (b - a).perp().normalize_or_zero() * (2.0 * NUDGE * r);
             for probe in [foot + aside, foot - aside] {
-                let seen = |m: &u32| {
-                    self.clips[index(*m)]
-                        .as_ref()
-                        .is_none_or(|c| !c.hides(probe))
-                };
+                let clip = |m: &u32| self.clips[index(*m)].as_ref();
+                let seen = |m: &u32| clip(m).is_none_or(|c| !c.hides(probe));
                 if probe.length() >= r || family.len() > MAX_DOUBLES || family.iter().any(seen) {
                     continue;
                 }
@@ -150,9 +138,8 @@ impl Tissue {
         let (nodes, _) = self.binding.row(index(surfel));
         hits.iter().any(|&t| {
             let screen = Screen::new(&self.borders.triangles()[index(t)]);
-            nodes
-                .iter()
-                .any(|&node| screen.may_hide(eye, self.rest_nodes[index(node)]))
+            let hides = |&node: &u32| screen.may_hide(eye, self.rest_nodes[index(node)]);
+            nodes.iter().any(hides)
         })
     }
 
@@ -174,13 +161,17 @@ impl Tissue {
         clip.map_or(DVec2::ZERO, |clip| clip.anchor)
     }
 
+    /// Where a surfel is as a sample of the surface: at its anchor, which is on its own side of a cut.
+    pub(super) fn place(&self, surfel: u32) -> DVec3 {
+        let i = index(surfel);
+        let anchor = self.anchor(surfel);
+        let (t0, t1) = Surfels::tangents(self.surfels.normals[i]);
+        self.surfels.positions[i] + t0 * anchor.x + t1 * anchor.y
+    }
+
     /// The point of a surfel from which nodes are seen: its anchor, a little below the surface.
     pub(super) fn eye(&self, surfel: u32) -> DVec3 {
-        let i = index(surfel);
-        let n = self.surfels.normals[i];
-        let (t0, t1) = Surfels::tangents(n);
-        let anchor = self.anchor(surfel);
         let behind = super::BEHIND * self.sampler.spacing();
-        self.surfels.positions[i] + t0 * anchor.x + t1 * anchor.y - n * behind
+        self.place(surfel) - self.surfels.normals[index(surfel)] * behind
     }
 }

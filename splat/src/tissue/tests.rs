@@ -11,6 +11,13 @@ fn meets(&[a, b, c]: &[DVec3; 3], p: DVec3, q: DVec3) -> bool {
     sides && (turns.iter().all(|&v| v > 0.0) || turns.iter().all(|&v| v < 0.0))
 }
 
+/// The blade's edge at a capture of a wavy path: amplitude and middle along x, step and start along y.
+fn wavy([wave, middle]: [f64; 2], [step, start]: [f64; 2], k: i32) -> [DVec3; 2] {
+    let k = f64::from(k);
+    let at = DVec3::new(wave * (0.9 * k).sin() + middle, step * k + start, 0.0);
+    [at + 0.9 * DVec3::Z, at - 0.17 * DVec3::Z]
+}
+
 /// A slab's surface over random nodes is cut along a wavy way, piece by piece: what was bound
 /// piece by piece is what binding every surfel again under the whole cut gives.
 #[test]
@@ -20,14 +27,7 @@ fn binding_again_only_what_loses_a_node_equals_binding_all_again() {
     let mut tissue =
         Tissue::new(&x, &n, &a, &nodes, &TissueSettings::default()).expect("the samples are valid");
     let inside = |p: DVec3| p.abs().max_element() < 0.5;
-    let edge = |k: i32| {
-        let at = DVec3::new(
-            0.07 * (0.9 * f64::from(k)).sin(),
-            0.09 * f64::from(k) - 0.4,
-            0.0,
-        );
-        [at + 0.9 * DVec3::Z, at - 0.17 * DVec3::Z]
-    };
+    let edge = |k: i32| wavy([0.07, 0.0], [0.09, -0.4], k);
     let mut whole: Vec<[DVec3; 3]> = Vec::new();
     let (mut rebound, mut all) = (0, 0);
     for k in 0..9 {
@@ -53,10 +53,7 @@ fn binding_again_only_what_loses_a_node_equals_binding_all_again() {
 /// cut changed, and the radii before it.
 fn inner_cut(pieces: i32) -> (Tissue, CutChange, Vec<f64>) {
     let nodes = lattice([7, 7, 7], 1.0 / 6.0, 0.2, 5);
-    let x: Vec<DVec3> = [0.0, 1.0]
-        .iter()
-        .map(|&z| DVec3::new(0.5, 0.5, z))
-        .collect();
+    let x = [0.0, 1.0].map(|z| DVec3::new(0.5, 0.5, z));
     let settings = TissueSettings {
         skin_density: Some(2_000.0),
         ..TissueSettings::default()
@@ -96,28 +93,22 @@ fn radii_computed_where_skin_grows_equal_those_of_all_of_it() {
     assert!(whole.iter().all(|r| (0.3 * most..=most).contains(r)));
     // Cells are open along the border only, a spacing wide: an eighth of this cut.
     let smaller = whole.iter().filter(|&&r| r < 0.99 * most).count();
-    assert!(
-        6 * smaller > 5 * whole.len(),
-        "{smaller} of {}",
-        whole.len()
-    );
+    let all = whole.len();
+    assert!(6 * smaller > 5 * all, "{smaller} of {all}");
     // What no sample of the last piece lies near keeps its bits.
     let at = |s: u32| tissue.surfels.positions[index(s)];
     let reach = 3.0 * tissue.sampler.spacing();
     let old = count(before.len());
     let fresh = old..count(tissue.surfels.len());
-    let far = (2..old)
-        .filter(|&s| fresh.clone().all(|f| at(f).distance(at(s)) > reach))
-        .collect::<Vec<_>>();
+    let is_far = |s: &u32| fresh.clone().all(|f| at(f).distance(at(*s)) > reach);
+    let far: Vec<u32> = (2..old).filter(is_far).collect();
     assert!(far.len() > 500, "{}", far.len());
     for &s in &far {
         let i = index(s);
         assert_eq!(before[i].to_bits(), tissue.surfels.radii[i].to_bits());
     }
-    assert!(
-        last.resized > last.skin && last.resized + far.len() <= whole.len(),
-        "{last:?}"
-    );
+    let resized = last.skin + 1..=all - far.len();
+    assert!(resized.contains(&last.resized), "{last:?}");
 }
 
 /// A piece of a cut reports every surfel that it changes, and not all of them.
@@ -145,10 +136,8 @@ fn what_a_piece_changes_is_reported() {
             assert!(reported.contains(&s), "surfel {s} changed");
         }
     }
-    assert!(
-        4 * same > count(after.surfels.len()),
-        "{same} are not reported"
-    );
+    let all = count(after.surfels.len());
+    assert!(4 * same > all, "{same} are not reported");
 }
 
 /// Points of the disks of skin that are drawn, by what is drawn of each.
@@ -174,29 +163,21 @@ fn drawn(tissue: &Tissue) -> Vec<DVec3> {
 fn skin_reaches_the_free_edges_of_a_growing_cut() {
     for pieces in 1..6 {
         let (tissue, _, _) = inner_cut(pieces);
-        let (low, high) = (
-            DVec2::splat(0.2),
-            DVec2::new(0.2 + 0.1 * f64::from(pieces), 0.8),
-        );
+        let low = DVec2::splat(0.2);
+        let high = DVec2::new(0.2 + 0.1 * f64::from(pieces), 0.8);
         let points: Vec<DVec2> = drawn(&tissue).iter().map(|p| p.yz()).collect();
-        let over = points
-            .iter()
-            .map(|&p| (low - p).max(p - high).max_element())
-            .fold(f64::NEG_INFINITY, f64::max);
+        let beyond = |&p: &DVec2| (low - p).max(p - high).max_element();
+        let over = points.iter().map(beyond).fold(f64::NEG_INFINITY, f64::max);
         // Of some hundred disks beside an edge one is nearer to it than half its radius.
-        assert!(
-            over > 0.5 * tissue.skin_radius(),
-            "skin of {pieces} pieces reaches on by {over:e}"
-        );
+        let least = 0.5 * tissue.skin_radius();
+        assert!(over > least, "{pieces} pieces reach on by {over:e}");
         // Everywhere some disk is drawn within the steps of its 20 x 20 points.
         let step = 0.15 * tissue.skin_radius();
         for k in 0..2_500 {
             let unit = DVec2::new(f64::from(k % 50) + 0.5, f64::from(k / 50) + 0.5) / 50.0;
             let at = low + (high - low) * unit;
-            assert!(
-                points.iter().any(|p| p.distance(at) < step),
-                "nothing is drawn at {at} of {pieces} pieces"
-            );
+            let drawn = points.iter().any(|p| p.distance(at) < step);
+            assert!(drawn, "nothing at {at} of {pieces} pieces");
         }
     }
 }
@@ -206,11 +187,8 @@ fn skin_reaches_the_free_edges_of_a_growing_cut() {
 fn the_sides_of_a_cut_meet_where_it_ends() {
     let (tissue, _, _) = inner_cut(3);
     // Nodes on the two sides move apart by up to one, without a change of shape.
-    let moved: Vec<DVec3> = tissue
-        .rest_nodes
-        .iter()
-        .map(|&p| p + DVec3::X * if p.x < 0.52 { -0.5 } else { 0.5 })
-        .collect();
+    let apart = |&p: &DVec3| p + DVec3::X * if p.x < 0.52 { -0.5 } else { 0.5 };
+    let moved: Vec<DVec3> = tissue.rest_nodes.iter().map(apart).collect();
     let gradients = vec![DMat3::IDENTITY; moved.len()];
     let mut splats = Splats::default();
     tissue.carry_into(&moved, &gradients, &mut splats);
@@ -253,14 +231,7 @@ fn measured_cut(measure: Measure, pieces: i32) -> (Tissue, Vec<f64>, Vec<CutChan
     };
     let mut tissue = Tissue::new(&x, &n, &a, &filled_cube(9, 5), &settings).expect("valid samples");
     let before = tissue.surfels.radii.clone();
-    let edge = |k: i32| {
-        let at = DVec3::new(
-            0.05 * (0.9 * f64::from(k)).sin() - 0.2,
-            0.12 * f64::from(k) - 0.55,
-            0.0,
-        );
-        [at + 0.9 * DVec3::Z, at - 0.17 * DVec3::Z]
-    };
+    let edge = |k: i32| wavy([0.05, -0.2], [0.12, -0.55], k);
     let inside = |p: DVec3| p.abs().max_element() < 0.5;
     let mut whole: Vec<[DVec3; 3]> = Vec::new();
     let (mut changes, mut other) = (Vec::new(), 0);
@@ -283,21 +254,15 @@ fn measured_cut(measure: Measure, pieces: i32) -> (Tissue, Vec<f64>, Vec<CutChan
 fn measuring_again_only_what_a_cut_touches_equals_measuring_all_again() {
     for measure in [Measure::Density, Measure::Curvature, Measure::Variation] {
         let (tissue, before, changes, other) = measured_cut(measure, 9);
-        assert_eq!(
-            other, 0,
-            "{measure:?}: radii other than under the whole cut"
-        );
+        assert_eq!(other, 0, "{measure:?}: radii not of the whole cut");
         let all = 9 * tissue.surfels.len();
         let renewed: usize = changes.iter().map(|change| change.resized).sum();
         assert!(3 * renewed < all, "{measure:?}: {renewed} of {all}");
         for (k, (&old, &new)) in before.iter().zip(&tissue.surfels.radii).enumerate() {
-            let reported = changes
-                .iter()
-                .any(|change| change.surfels.contains(&count(k)));
-            assert!(
-                reported || old.to_bits() == new.to_bits(),
-                "{k} changed unreported"
-            );
+            let mut changes = changes.iter();
+            let reported = changes.any(|change| change.surfels.contains(&count(k)));
+            let same = old.to_bits() == new.to_bits();
+            assert!(reported || same, "{k} changed unreported");
         }
     }
 }
@@ -311,39 +276,28 @@ fn disks_at_a_new_edge_become_small_and_those_inside_the_cut_large() {
     let (least, most) = (0.01, 0.03);
     let at = |s: usize| tissue.surfels.positions[s];
     let way = |y: f64| 0.05 * (0.9 * (y + 0.55) / 0.12).sin() - 0.2;
-    let mean = |keep: &dyn Fn(usize) -> bool| {
-        let of: Vec<f64> = (0..tissue.surfels.len())
-            .filter(|&s| keep(s))
-            .map(|s| tissue.surfels.radii[s])
-            .collect();
+    let mean = |radii: &[f64], keep: &dyn Fn(usize) -> bool| {
+        let kept = (0..radii.len()).filter(|&s| keep(s));
+        let of: Vec<f64> = kept.map(|s| radii[s]).collect();
         assert!(of.len() > 20, "{} disks", of.len());
         of.iter().sum::<f64>() / of.len() as f64
     };
+    let now = &tissue.surfels.radii;
     let outer = tissue.outer_count;
     let within = |s: usize, near: f64| (at(s).x - way(at(s).y)).abs() < near;
-    let rim = mean(&|s| s < outer && within(s, 0.02));
-    let old: f64 = (0..outer)
-        .filter(|&s| within(s, 0.02))
-        .map(|s| before[s])
-        .sum();
-    let old = old / (0..outer).filter(|&s| within(s, 0.02)).count() as f64;
+    let at_rim = |s: usize| s < outer && within(s, 0.02);
+    let (rim, old) = (mean(now, &at_rim), mean(&before, &at_rim));
     let far = |s: usize| s < outer && at(s).x < 0.0 && !within(s, 0.15);
-    let middle = mean(&|s| s >= outer && tissue.surfels.normals[s].z.abs() < 0.9 && at(s).z < 0.35);
-    let edge = mean(&|s| s >= outer && tissue.surfels.normals[s].z.abs() < 0.9 && at(s).z > 0.47);
+    let skin = |s: usize| s >= outer && tissue.surfels.normals[s].z.abs() < 0.9;
+    let middle = mean(now, &|s| skin(s) && at(s).z < 0.35);
+    let edge = mean(now, &|s| skin(s) && at(s).z > 0.47);
+    let between = |share: f64| least + share * (most - least);
     assert!(old > 0.99 * most, "flat before: {old}");
-    assert!(rim < least + 0.25 * (most - least), "at the rim: {rim}");
-    assert!(
-        edge < least + 0.5 * (most - least),
-        "skin at its edge: {edge}"
-    );
-    assert!(
-        middle > least + 0.75 * (most - least),
-        "inside the cut: {middle}"
-    );
-    let kept = (0..outer).filter(|&s| far(s)).all(|s| {
-        let now = tissue.surfels.radii[s];
-        now.to_bits() == before[s].to_bits()
-    });
+    assert!(rim < between(0.25), "at the rim: {rim}");
+    assert!(edge < between(0.5), "skin at its edge: {edge}");
+    assert!(middle > between(0.75), "inside the cut: {middle}");
+    let mut outer = (0..outer).filter(|&s| far(s));
+    let kept = outer.all(|s| now[s].to_bits() == before[s].to_bits());
     assert!(kept, "far from the cut all is as it was");
 }
 
@@ -359,10 +313,8 @@ fn a_surfel_keeps_the_nodes_of_one_piece() {
     assert!(mixed.len() > 10, "{} surfels", mixed.len());
     for &surfel in &mixed {
         let (row, weights) = tissue.binding.row(index(surfel));
-        assert!(
-            row.iter()
-                .all(|&node| pieces[index(node)] == pieces[index(row[0])])
-        );
+        let piece = |node: &u32| pieces[index(*node)];
+        assert!(row.iter().all(|node| piece(node) == piece(&row[0])));
         assert!((weights.iter().sum::<f64>() - 1.0).abs() < 1e-12);
     }
     assert!(tissue.part(&pieces).is_empty(), "nothing is left to do");
