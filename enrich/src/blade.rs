@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::bounds::Bounds;
 use crate::cuts::Cuts;
 use crate::error::CutError;
-use crate::front::{EdgePlace, Front, Patch, SweptPair, close_edge, missed_pairs, swept_pairs};
+use crate::front::{EdgePlace, Front, Patch, SweptPair, close_edge, swept_pairs};
 use crate::graph::Graph;
 use crate::polyline::{
     divided, largest_distance, pieces, resampled, shares, swept_surface, within,
@@ -117,11 +117,8 @@ impl Blade {
         let everywhere = whole <= f64::from(MOST_POINTS) * spacing;
         let shares: Vec<Vec<f64>> = segments()
             .map(|(from, to)| {
-                let part = if everywhere {
-                    Some((0.0, 1.0))
-                } else {
-                    within(from, to, reach)
-                };
+                let all = everywhere.then_some((0.0, 1.0));
+                let part = all.or_else(|| within(from, to, reach));
                 shares(part, from.distance(to) / spacing)
             })
             .collect();
@@ -201,11 +198,9 @@ impl Blade {
     /// Moves the last positions of the edge with the tissue around them.
     fn carry(&mut self, positions: &[DVec3]) {
         for (last, around) in self.last.iter_mut().zip(&self.around) {
-            let moved = around
-                .iter()
-                .map(|&node| positions[node as usize] - self.then[node as usize]);
-            let count = around.len().max(1) as f64;
-            *last += moved.sum::<DVec3>() / count;
+            let moved = |&node: &u32| positions[node as usize] - self.then[node as usize];
+            let sum: DVec3 = around.iter().map(moved).sum();
+            *last += sum / around.len().max(1) as f64;
         }
     }
 
@@ -224,11 +219,10 @@ impl Blade {
         for (_, way) in &mut self.owed {
             *way += moved;
         }
-        let passed = body.passed(&swept_surface(&self.last, now));
+        let sweep = swept_surface(&self.last, now);
+        let passed = swept_pairs(&body.present, rest, &sweep, body.known);
         self.owed.extend(passed.into_iter().map(|pair| (pair, 0.0)));
-        let is_missed = |pair: &SweptPair, cuts: &Cuts| {
-            !missed_pairs(std::slice::from_ref(pair), rest, cuts, spacing).is_empty()
-        };
+        let is_missed = |pair: &SweptPair, cuts: &Cuts| pair.is_missed(rest, cuts, spacing);
         self.owed.retain(|(pair, _)| is_missed(pair, cuts));
         let is_due = |&(_, way): &(SweptPair, f64)| ends || way > PATIENCE * spacing;
         let (due, owed): (Vec<_>, Vec<_>) = self.owed.drain(..).partition(is_due);
@@ -261,6 +255,7 @@ impl Blade {
     pub fn is_sound(&self, nodes: usize) -> bool {
         let shares = self.shares.iter().flatten();
         let count = 1 + shares.clone().count();
+        let exists = |node: &u32| (*node as usize) < nodes;
         self.last.len() == count
             && self.front.sample_count() == count
             && self.front.is_sound()
@@ -268,14 +263,9 @@ impl Blade {
             && self.last.iter().chain(&self.then).all(|x| x.is_finite())
             && self.then.len() == if self.around.is_empty() { 0 } else { nodes }
             && (self.around.is_empty() || self.around.len() == count)
-            && self
-                .around
-                .iter()
-                .flatten()
-                .all(|&node| (node as usize) < nodes)
+            && self.around.iter().flatten().all(exists)
             && self.owed.iter().all(|(pair, way)| {
-                let known = pair.nodes.iter().all(|&node| (node as usize) < nodes);
-                known && pair.point.is_finite() && way.is_finite()
+                pair.nodes.iter().all(exists) && pair.point.is_finite() && way.is_finite()
             })
     }
 
@@ -325,16 +315,10 @@ impl DeformedBody<'_> {
     fn around(&self, at: DVec3) -> Vec<u32> {
         let (nearest, positions) = ((self.nearest)(at), self.present.positions);
         let reach = CARRYING * self.spacing;
-        let row = self.present.indices[self.present.pairs(nearest as usize)].iter();
-        row.chain([&nearest])
-            .copied()
+        let row = self.present.row(nearest as usize).iter().copied();
+        row.chain([nearest])
             .filter(|&node| positions[node as usize].distance(at) < reach)
             .collect()
-    }
-
-    /// Pairs that a sweep of the blade passes and whose factors do not know of it.
-    fn passed(&self, sweep: &[[DVec3; 3]]) -> Vec<SweptPair> {
-        swept_pairs(&self.present, self.rest, sweep, self.known)
     }
 }
 
@@ -387,10 +371,8 @@ mod tests {
         let block = crate::tests::slow::Cloud::block();
         let (nodes, indices) = (&block.x, &block.indices);
         let nearest = |world: DVec3| {
-            let order = |a: &u32, b: &u32| {
-                let [a, b] = [a, b].map(|&k| nodes[k as usize].distance_squared(world));
-                a.total_cmp(&b)
-            };
+            let away = |k: &u32| nodes[*k as usize].distance_squared(world);
+            let order = |a: &u32, b: &u32| away(a).total_cmp(&away(b));
             (0..343).min_by(order).unwrap()
         };
         let inside = |x: DVec3| x.abs().max_element() <= 3.0;
@@ -412,9 +394,8 @@ mod tests {
             let mut blade = Blade::new(&edge(-5.0), 1.0, nodes);
             for k in 0..=sweeps {
                 let y = -5.0 + 10.0 * f64::from(k) / f64::from(sweeps);
-                let (sweep, missed) = blade
-                    .sweep(&edge(y), &mut cuts, &body, k == sweeps)
-                    .unwrap();
+                let swept = blade.sweep(&edge(y), &mut cuts, &body, k == sweeps);
+                let (sweep, missed) = swept.unwrap();
                 assert!(sweep.is_finite() && missed == 0, "{missed} missed");
                 assert!(blade.is_sound(nodes.len()), "it can be kept");
             }

@@ -17,7 +17,7 @@ use glam::DVec3;
 use crate::cuts::Cuts;
 use crate::error::CutError;
 use step::{Step, Surroundings};
-pub(crate) use swept::{SweptPair, close_edge, missed_pairs, swept_pairs};
+pub(crate) use swept::{SweptPair, close_edge, swept_pairs};
 
 /// Below this fraction of the spacing ahead of a front there is no telling a surface or an older sheet
 /// from the front: it is passed. It is the default weld tolerance.
@@ -113,10 +113,8 @@ impl Front {
     /// # Panics
     /// If the spacing is not positive.
     pub(crate) fn new(samples: usize, spacing: f64) -> Self {
-        assert!(
-            spacing > 0.0 && spacing.is_finite(),
-            "spacing of {spacing} is not positive"
-        );
+        let is_positive = spacing > 0.0 && spacing.is_finite();
+        assert!(is_positive, "spacing of {spacing} is not positive");
         let sample = Sample {
             anchor: None,
             joined: false,
@@ -153,10 +151,7 @@ impl Front {
         self.spacing > 0.0
             && self.spacing.is_finite()
             && line.all(|x| x.is_finite())
-            && self
-                .samples
-                .iter()
-                .all(|s| s.way.is_finite() && is_finite(s))
+            && (self.samples.iter()).all(|s| s.way.is_finite() && is_finite(s))
             && self.samples.iter().enumerate().all(hangs)
     }
 
@@ -220,14 +215,11 @@ impl Front {
         points: &[DVec3],
         inside: &dyn Fn(DVec3) -> bool,
     ) -> Result<Patch, CutError> {
-        let mut steps: Vec<Step> = self
-            .samples
-            .iter()
-            .map(|sample| match sample.anchor {
-                Some(_) => Step::Stay,
-                None => Step::None,
-            })
-            .collect();
+        let stays = |sample: &Sample| match sample.anchor {
+            Some(_) => Step::Stay,
+            None => Step::None,
+        };
+        let mut steps: Vec<Step> = self.samples.iter().map(stays).collect();
         let mut farthest = vec![0.0; steps.len()];
         for &point in points {
             let Some((samples, way)) = self.nearest_ahead(point) else {
@@ -241,20 +233,14 @@ impl Front {
                 if ahead > farthest[k] {
                     farthest[k] = ahead;
                     let to = anchor.at + way * (1.0 + THROUGH * self.spacing / ahead);
-                    steps[k] = if inside(to) {
-                        Step::Go(to)
-                    } else {
-                        Step::Leave(to)
-                    };
+                    let step = if inside(to) { Step::Go } else { Step::Leave };
+                    steps[k] = step(to);
                 }
             }
         }
         self.refuse_turns(&mut steps);
-        let places: Vec<EdgePlace> = self
-            .samples
-            .iter()
-            .map(|sample| sample.last.unwrap_or(EdgePlace::Air))
-            .collect();
+        let last = |sample: &Sample| sample.last.unwrap_or(EdgePlace::Air);
+        let places: Vec<EdgePlace> = self.samples.iter().map(last).collect();
         self.take(cuts, &steps, &places, inside)
     }
 
@@ -288,10 +274,8 @@ impl Front {
             for end in [anchor.before, anchor.after].into_iter().flatten() {
                 pieces.push(([k; 2], [anchor.at, end], anchor.ahead));
             }
-            let next = self
-                .samples
-                .get(k + 1)
-                .and_then(|next| next.anchor.as_ref());
+            let next = self.samples.get(k + 1);
+            let next = next.and_then(|next| next.anchor.as_ref());
             if let (true, Some(next)) = (sample.joined, next) {
                 let ahead = (anchor.ahead + next.ahead).normalize_or_zero();
                 pieces.push(([k, k + 1], [anchor.at, next.at], ahead));

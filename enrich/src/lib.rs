@@ -34,7 +34,7 @@ pub use factors::{Changed, FactorSettings, PairFactors};
 pub use front::Patch;
 pub use glam;
 pub use graph::{Graph, InfluenceRadius, Rows};
-pub use pieces::{Pieces, connected_pieces, is_parted, nodes_in_small_pieces};
+pub use pieces::{Pieces, connected_pieces, is_parted};
 pub use polyline::{largest_distance, resampled};
 pub use rule::Rule;
 

@@ -21,12 +21,10 @@ pub struct Pieces {
 /// If the slices do not fit each other.
 #[must_use]
 pub fn connected_pieces(offsets: &[u32], indices: &[u32], factors: &[f64]) -> Pieces {
-    assert!(
-        !offsets.is_empty(),
-        "offsets have one entry more than nodes"
-    );
+    let entries = offsets.len();
+    assert!(entries > 0, "offsets have one entry more than nodes");
     assert_eq!(indices.len(), factors.len(), "one factor per pair");
-    let nodes = offsets.len() - 1;
+    let nodes = entries - 1;
     // The lowest node of a piece stands for it; on the path to it every second link is shortened.
     let mut lower: Vec<u32> = (0..crate::index32(nodes)).collect();
     let lowest = |lower: &mut [u32], mut node: usize| {
@@ -201,46 +199,4 @@ impl Walks {
             }
         }
     }
-}
-
-/// Finds those of some nodes whose piece has fewer than `limit` nodes, by a walk from each of them that
-/// ends at the limit: the time does not depend on the size of the body.
-///
-/// # Arguments
-/// * `offsets`, `indices`, `factors` -- as for [`connected_pieces`].
-/// * `nodes` -- the nodes to look at.
-/// * `limit` -- meant to be small; the time of a walk grows with its square.
-///
-/// # Panics
-/// If the slices do not fit each other or a node is out of range.
-#[must_use]
-pub fn nodes_in_small_pieces(
-    offsets: &[u32],
-    indices: &[u32],
-    factors: &[f64],
-    nodes: &[u32],
-    limit: usize,
-) -> Vec<u32> {
-    assert_eq!(indices.len(), factors.len(), "one factor per pair");
-    let mut reached = Vec::new();
-    let mut is_small = |start: u32| {
-        reached.clear();
-        reached.push(start);
-        let mut next = 0;
-        while next < reached.len() && reached.len() < limit {
-            let node = reached[next] as usize;
-            next += 1;
-            for pair in offsets[node] as usize..offsets[node + 1] as usize {
-                if factors[pair] > 0.0 && !reached.contains(&indices[pair]) {
-                    reached.push(indices[pair]);
-                }
-            }
-        }
-        reached.len() < limit
-    };
-    nodes
-        .iter()
-        .copied()
-        .filter(|&node| is_small(node))
-        .collect()
 }

@@ -21,6 +21,25 @@ pub(crate) struct SweptPair {
     pub(crate) point: DVec3,
 }
 
+impl SweptPair {
+    /// Whether the cut does not cross it in the material, with rest positions X (m), shape `(n)`, of nodes that lie
+    /// `spacing` (m) apart.
+    ///
+    /// Pairs that the blade passed beside the cut's surface, within half a spacing and not beyond its edge,
+    /// are left out: there it is the cut that says on which side a node lies. To sever those pairs too would
+    /// part the node from both sides, as a blade that passes it on the left and a sheet that passes it on
+    /// the right would have it.
+    pub(crate) fn is_missed(&self, rest: &[DVec3], cuts: &Cuts, spacing: f64) -> bool {
+        let [a, b] = self.nodes.map(|node| rest[node as usize]);
+        let beside = || {
+            let sheet = cuts.nearest(self.point, NEAR * spacing);
+            let hair = 1e-6 * spacing;
+            sheet.is_some_and(|sheet| cuts.nearest_free_edge(sheet.point, hair).is_none())
+        };
+        !cuts.crosses(a, b) && !beside()
+    }
+}
+
 /// Pairs whose nodes, where they are now, have some of the triangles between them that a blade swept
 /// through the world.
 ///
@@ -41,11 +60,8 @@ pub(crate) fn swept_pairs(
     sweep: &[[DVec3; 3]],
     known: &dyn Fn(usize) -> bool,
 ) -> Vec<SweptPair> {
-    assert_eq!(
-        rest.len(),
-        present.positions.len(),
-        "one rest position per node"
-    );
+    let n = present.positions.len();
+    assert_eq!(rest.len(), n, "one rest position per node");
     let boxes: Vec<Bounds> = sweep.iter().map(|corners| Bounds::of(corners)).collect();
     let corners: Vec<DVec3> = sweep.iter().flatten().copied().collect();
     let mut found = Vec::new();
@@ -104,37 +120,6 @@ fn sides_beyond(bounds: &Bounds, x: DVec3) -> u8 {
     #[allow(clippy::cast_possible_truncation, reason = "three bits each")]
     let sides = (low | high << 3) as u8;
     sides
-}
-
-/// Those of the swept pairs that the cut does not cross in the material.
-///
-/// Pairs that the blade passed beside the cut's surface, within half a spacing and not beyond its edge,
-/// are left out: there it is the cut that says on which side a node lies. To sever those pairs too would
-/// part the node from both sides, as a blade that passes it on the left and a sheet that passes it on
-/// the right would have it.
-///
-/// # Arguments
-/// * `swept` -- of [`swept_pairs`].
-/// * `rest` -- rest positions X (m), shape `(n)`.
-/// * `spacing` -- distance of the nodes (m).
-pub(crate) fn missed_pairs(
-    swept: &[SweptPair],
-    rest: &[DVec3],
-    cuts: &Cuts,
-    spacing: f64,
-) -> Vec<SweptPair> {
-    let is_missed = |pair: &&SweptPair| {
-        let [a, b] = pair.nodes.map(|node| rest[node as usize]);
-        let beside = || {
-            let sheet = cuts.nearest(pair.point, NEAR * spacing);
-            sheet.is_some_and(|sheet| {
-                let hair = 1e-6 * spacing;
-                cuts.nearest_free_edge(sheet.point, hair).is_none()
-            })
-        };
-        !cuts.crosses(a, b) && !beside()
-    };
-    swept.iter().filter(is_missed).copied().collect()
 }
 
 /// Carries the nearest free edge of a cut on through a material point (m), by one triangle.

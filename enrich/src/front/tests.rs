@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::*;
 use crate::cuts::CutSettings;
 use crate::factors::{FactorSettings, PairFactors};
-use crate::pieces::connected_pieces;
+use crate::polyline::swept_surface;
 use crate::tests::slow::Cloud;
 
 /// Half the width of the block; its nodes lie one apart.
@@ -15,7 +15,7 @@ const HALF: f64 = 3.0;
 fn pieces(block: &Cloud, cuts: &Cuts) -> Vec<u32> {
     let mut factors = PairFactors::new(&block.graph(), &FactorSettings::default());
     factors.update(&block.graph(), cuts, 0..cuts.triangle_count(), &inside);
-    let mut sizes = connected_pieces(&block.offsets, &block.indices, &factors.to_vec()).sizes;
+    let mut sizes = block.piece_sizes(&factors.to_vec());
     sizes.sort_unstable_by(|a, b| b.cmp(a));
     sizes
 }
@@ -79,21 +79,31 @@ fn lead_into(block: &Cloud, cuts: &mut Cuts, path: &[Vec<DVec3>]) {
         let moved = last[0].distance(now[0]);
         let places = places(last, now);
         front.advance(cuts, &places, moved, &inside).unwrap();
-        let sweep: Vec<[DVec3; 3]> = (last.windows(2).zip(now.windows(2)))
-            .flat_map(|(a, b)| [[a[0], a[1], b[0]], [b[0], a[1], b[1]]])
-            .collect();
-        let graph = block.graph();
-        let swept = swept_pairs(&graph, &block.x, &sweep, &|_| false);
-        let missed = |cuts: &Cuts| missed_pairs(&swept, &block.x, cuts, 1.0);
-        let points: Vec<DVec3> = missed(cuts).iter().map(|pair| pair.point).collect();
-        front.reach(cuts, &points, &inside).unwrap();
-        for pair in missed(cuts) {
-            close_edge(cuts, pair.point, 1.0, &inside).unwrap();
+        let sweep = swept_surface(last, now);
+        let swept = swept_pairs(&block.graph(), &block.x, &sweep, &|_| false);
+        let missed = |cuts: &Cuts| -> Vec<DVec3> {
+            let missed = |pair: &&SweptPair| pair.is_missed(&block.x, cuts, 1.0);
+            swept.iter().filter(missed).map(|pair| pair.point).collect()
+        };
+        front.reach(cuts, &missed(cuts), &inside).unwrap();
+        for point in missed(cuts) {
+            close_edge(cuts, point, 1.0, &inside).unwrap();
         }
         let left = missed(cuts);
         assert!(left.is_empty(), "at {}: {left:?}", now[0]);
         last = now;
     }
+}
+
+/// Drives a front along positions in tissue; what it added each time.
+fn drive(front: &mut Front, cuts: &mut Cuts, path: &[Vec<DVec3>]) -> Vec<Patch> {
+    let mut last = &path[0];
+    let steps = path.iter().map(|now| {
+        let places = places(last, now);
+        last = now;
+        front.advance(cuts, &places, 0.45, &inside).unwrap()
+    });
+    steps.collect()
 }
 
 /// From above the block down to a height.
@@ -160,27 +170,19 @@ fn a_blade_that_stands_or_goes_back_in_its_gap_adds_nothing() {
     let block = Cloud::block();
     let mut cuts = Cuts::new(&CutSettings::for_spacing(1.0));
     let mut front = Front::new(13, 1.0);
-    let path = down(0.3, 0.0);
-    let mut last = path[0].clone();
-    let mut go = |front: &mut Front, cuts: &mut Cuts, now: &[DVec3], gap: bool| {
-        let mut places = places(&last, now);
-        if gap {
-            places = in_gap(places);
-        }
-        last = now.to_vec();
-        front.advance(cuts, &places, 0.45, &inside).unwrap()
-    };
-    for now in &path {
-        go(&mut front, &mut cuts, now, false);
-    }
+    drive(&mut front, &mut cuts, &down(0.3, 0.0));
     let before = cuts.triangle_count();
-    let back = [(0.3, 0.0), (0.3, 0.4), (0.35, 0.8), (0.3, 0.2)];
-    for (k, (x, z)) in back.into_iter().enumerate() {
-        let patch = go(&mut front, &mut cuts, &edge(x, z), k % 2 == 1);
+    let back = [(0.3, 0.0), (0.3, 0.0), (0.3, 0.4), (0.35, 0.8), (0.3, 0.2)];
+    let back = back.map(|(x, z)| edge(x, z));
+    for (k, pair) in back.windows(2).enumerate() {
+        let places = places(&pair[0], &pair[1]);
+        let places = if k % 2 == 1 { in_gap(places) } else { places };
+        let patch = front.advance(&mut cuts, &places, 0.45, &inside).unwrap();
         assert!(patch.triangles.is_empty(), "place {k}: {patch:?}");
     }
     assert_eq!(cuts.triangle_count(), before);
-    go(&mut front, &mut cuts, &edge(0.3, -0.3), false);
+    let places = places(&back[4], &edge(0.3, -0.3));
+    front.advance(&mut cuts, &places, 0.45, &inside).unwrap();
     assert!(cuts.triangle_count() > before, "it goes on from there");
     let inner = block.x.len();
     assert_eq!(pieces(&block, &cuts), [u32::try_from(inner).unwrap()]);
@@ -208,18 +210,13 @@ fn a_branch_starts_through_the_sheet_and_severs() {
 
 #[test]
 fn the_same_patches_give_the_same_cut() {
-    let path = down(0.3, -3.4);
     let mut cuts = Cuts::new(&CutSettings::for_spacing(1.0));
     let mut again = cuts.clone();
     let mut front = Front::new(13, 1.0);
-    let mut last = path[0].clone();
-    for now in &path {
-        let places = places(&last, now);
-        let patch = front.advance(&mut cuts, &places, 0.45, &inside).unwrap();
+    for patch in drive(&mut front, &mut cuts, &down(0.3, -3.4)) {
         again
             .add_surface(&patch.vertices, &patch.triangles)
             .unwrap();
-        last.clone_from(now);
     }
     assert_eq!(cuts.surface(), again.surface());
     let out = front.samples.iter().all(|sample| sample.anchor.is_none());
@@ -264,26 +261,15 @@ fn sideways(from: f64, to: f64, z: f64) -> Vec<Vec<DVec3>> {
 }
 
 #[test]
-fn a_blade_that_ends_at_a_face_of_an_older_sheet_severs() {
+fn a_blade_that_ends_at_a_face_of_an_older_sheet_or_begins_beside_it_severs() {
     let block = Cloud::block();
-    let face = 0.3;
-    for end in [0.09, 0.05, 0.0, -0.05, -0.2] {
-        let mut cuts = lead(&block, &down(face, -3.4));
-        lead_into(&block, &mut cuts, &sideways(5.0, face + end, 0.4));
+    let ends = [0.09, 0.05, 0.0, -0.05, -0.2].map(|end| (5.0, 0.3 + end));
+    let begins = [0.0, 0.04, 0.09, -0.2].map(|beside| (0.3 + beside, 4.0));
+    for (from, to) in ends.into_iter().chain(begins) {
+        let mut cuts = lead(&block, &down(0.3, -3.4));
+        lead_into(&block, &mut cuts, &sideways(from, to, 0.4));
         let sizes = pieces(&block, &cuts);
-        assert_eq!(sizes.len(), 3, "{end} from the face: {sizes:?}");
-    }
-}
-
-#[test]
-fn a_blade_that_is_put_in_beside_a_sheet_severs_where_it_leaves_it() {
-    let block = Cloud::block();
-    let face = 0.3;
-    for beside in [0.0, 0.04, 0.09, -0.2] {
-        let mut cuts = lead(&block, &down(face, -3.4));
-        lead_into(&block, &mut cuts, &sideways(face + beside, 4.0, 0.4));
-        let sizes = pieces(&block, &cuts);
-        assert_eq!(sizes.len(), 3, "{beside} beside the face: {sizes:?}");
+        assert_eq!(sizes.len(), 3, "from {from} to {to}: {sizes:?}");
     }
 }
 
@@ -305,20 +291,13 @@ fn the_front_is_led_to_points_straight_ahead_of_it_only() {
     let block = Cloud::block();
     let mut cuts = Cuts::new(&CutSettings::for_spacing(1.0));
     let mut front = Front::new(13, 1.0);
-    let path = down(0.3, 0.2);
-    let mut last = &path[0];
-    for now in &path {
-        let places = places(last, now);
-        front.advance(&mut cuts, &places, 0.45, &inside).unwrap();
-        last = now;
-    }
-    let across = |z: f64, y: f64| cuts_at(DVec3::new(0.3, y, z));
+    drive(&mut front, &mut cuts, &down(0.3, 0.2));
     let before = cuts.triangle_count();
-    let [a, b] = across(-0.3, 0.8);
+    let point = DVec3::new(0.3, 0.8, -0.3);
+    // A segment through it, across the plane x.
+    let (a, b) = (point - DVec3::X * 0.4, point + DVec3::X * 0.4);
     assert!(!cuts.crosses(a, b));
-    front
-        .reach(&mut cuts, &[DVec3::new(0.3, 0.8, -0.3)], &inside)
-        .unwrap();
+    front.reach(&mut cuts, &[point], &inside).unwrap();
     assert!(cuts.crosses(a, b), "it lies between two samples");
     let sheet = before..cuts.triangle_count();
     let area: f64 = sheet.map(|t| cuts.area(t)).sum();
@@ -329,11 +308,6 @@ fn the_front_is_led_to_points_straight_ahead_of_it_only() {
     let again = front.reach(&mut cuts, &[DVec3::new(0.9, 0.8, -0.5)], &inside);
     assert!(again.unwrap().triangles.is_empty(), "beside it");
     assert!(front.is_sound() && block.x.len() == 343);
-}
-
-/// A segment through a point, across the plane x.
-fn cuts_at(point: DVec3) -> [DVec3; 2] {
-    [point - DVec3::X * 0.4, point + DVec3::X * 0.4]
 }
 
 #[test]

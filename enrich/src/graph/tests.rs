@@ -66,51 +66,24 @@ proptest! {
 fn each_fault_is_named() {
     let x = [DVec3::ZERO, DVec3::X];
     let error = |offsets: &[u32], indices: &[u32]| Graph::new(&x, offsets, indices).unwrap_err();
-    assert_eq!(
-        error(&[0, 1], &[1]),
-        GraphError::OffsetCount { found: 2, nodes: 2 }
-    );
-    assert_eq!(
-        error(&[0, 1, 9], &[1, 0]),
-        GraphError::Offset {
-            position: 2,
-            value: 9
-        }
-    );
-    assert_eq!(
-        error(&[1, 1, 2], &[1, 0]),
-        GraphError::Offset {
-            position: 0,
-            value: 1
-        }
-    );
-    assert_eq!(
-        error(&[0, 1, 2], &[0, 0]),
-        GraphError::Row {
-            node: 0,
-            neighbor: 0
-        }
-    );
-    assert_eq!(
-        error(&[0, 1, 1], &[1]),
-        GraphError::OneWay {
-            node: 0,
-            neighbor: 1
-        }
-    );
+    let offset = |position, value| GraphError::Offset { position, value };
+    let row = |node, neighbor| GraphError::Row { node, neighbor };
+    let count = GraphError::OffsetCount { found: 2, nodes: 2 };
+    assert_eq!(error(&[0, 1], &[1]), count);
+    assert_eq!(error(&[0, 1, 9], &[1, 0]), offset(2, 9));
+    assert_eq!(error(&[1, 1, 2], &[1, 0]), offset(0, 1));
+    assert_eq!(error(&[0, 1, 2], &[0, 0]), row(0, 0));
+    let (node, neighbor) = (0, 1);
+    let one_way = GraphError::OneWay { node, neighbor };
+    assert_eq!(error(&[0, 1, 1], &[1]), one_way);
     let lost = [DVec3::ZERO, DVec3::NAN];
     let refused = Graph::new(&lost, &[0, 1, 2], &[1, 0]).unwrap_err();
     assert_eq!(refused, GraphError::NotFinite { node: 1 });
-    let row = GraphError::Row {
-        node: 0,
-        neighbor: 2,
-    };
-    assert_eq!(Rows::from_edges(2, [[0, 2]]).unwrap_err(), row);
-    assert_eq!(Rows::from_lists(&[vec![2_u32], vec![]]).unwrap_err(), row);
-    assert!(
-        Rows::from_edges(1, [[0, 0]]).is_err(),
-        "an edge joins two nodes"
-    );
+    let out = row(0, 2);
+    assert_eq!(Rows::from_edges(2, [[0, 2]]).unwrap_err(), out);
+    assert_eq!(Rows::from_lists(&[vec![2_u32], vec![]]).unwrap_err(), out);
+    // An edge joins two nodes.
+    assert!(Rows::from_edges(1, [[0, 0]]).is_err());
     assert_eq!(Rows::from_edges(0, []).unwrap().offsets(), [0]);
 }
 
@@ -133,12 +106,9 @@ fn crossed_pairs_are_those_below_one() {
     let mut factors = PairFactors::new(&graph, &FactorSettings::default());
     assert_eq!(factors.crossed(&graph).count(), 0);
     let mut cuts = Cuts::new(&CutSettings::for_spacing(1.0));
-    let stroke = cuts
-        .start(&[-2.0, 2.0].map(|z| DVec3::new(2.4, -1.0, z)))
-        .unwrap();
-    let new = cuts
-        .append(stroke, &[-2.0, 2.0].map(|z| DVec3::new(2.4, 3.3, z)))
-        .unwrap();
+    let blade = |y: f64| [-2.0, 2.0].map(|z| DVec3::new(2.4, y, z));
+    let stroke = cuts.start(&blade(-1.0)).unwrap();
+    let new = cuts.append(stroke, &blade(3.3)).unwrap();
     factors.update(&graph, &cuts, new, &|_| true);
     let mut expected = Vec::new();
     for i in 0..36_u32 {
@@ -161,9 +131,7 @@ fn settings_survive_being_written() {
         influence_radius: InfluenceRadius::Length(0.01),
         rule: Rule::Visibility,
     };
-    let text = ron::to_string(&(settings, CutSettings::for_spacing(0.01))).unwrap();
-    assert_eq!(
-        ron::from_str(&text),
-        Ok((settings, CutSettings::for_spacing(0.01)))
-    );
+    let all = (settings, CutSettings::for_spacing(0.01));
+    let text = ron::to_string(&all).unwrap();
+    assert_eq!(ron::from_str(&text), Ok(all));
 }

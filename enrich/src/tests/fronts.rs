@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 
 use super::slow::{Cloud, inside};
 use super::space_cases::{cut, settings};
-use crate::{CutSettings, Cuts, FactorSettings, PairFactors, Rule};
+use crate::{CutSettings, Cuts, FactorSettings, Graph, PairFactors, Rule};
 
 /// Factors after the cut's pieces from `first` on.
 fn updated(cloud: &Cloud, factors: &mut PairFactors, cuts: &Cuts, first: usize) {
@@ -19,10 +19,19 @@ fn matrices(cloud: &Cloud, factors: &PairFactors) -> Vec<DMat3> {
 }
 
 fn off(a: DMat3, b: DMat3) -> f64 {
-    (a - b)
-        .to_cols_array()
-        .iter()
-        .fold(0.0, |most, x| most.max(x.abs()))
+    let off = (a - b).to_cols_array();
+    off.iter().fold(0.0, |most, x| most.max(x.abs()))
+}
+
+/// Whether a node has a pair that is bent around a front.
+fn is_bent(graph: &Graph<'_>, factors: &PairFactors, node: usize) -> bool {
+    let mut found = graph.pairs(node).map(|pair| factors.factor(pair));
+    found.any(|factor| factor > 0.0 && factor < 1.0)
+}
+
+/// `ν νᵀ`.
+fn square(along: DVec3) -> DMat3 {
+    DMat3::from_cols(along * along.x, along * along.y, along * along.z)
 }
 
 /// A blade across all of the cloud, upright, along a direction, up to the origin's distance `reach`.
@@ -44,14 +53,10 @@ fn beside_a_straight_front_it_is_its_conormal_at_nodes_with_bent_pairs_alone() {
         let mut factors = cloud.factors();
         updated(&cloud, &mut factors, &cuts, 0);
         let graph = cloud.graph();
-        let expected = DMat3::from_cols(along * along.x, along * along.y, along * along.z);
+        let expected = square(along);
         let mut seen = 0;
         for (node, found) in matrices(&cloud, &factors).into_iter().enumerate() {
-            let bent = graph.pairs(node).any(|pair| {
-                let factor = factors.factor(pair);
-                factor > 0.0 && factor < 1.0
-            });
-            if bent {
+            if is_bent(&graph, &factors, node) {
                 assert!(off(found, expected) < 1e-9, "{node}: {found}");
                 seen += 1;
             } else {
@@ -67,7 +72,7 @@ fn it_is_that_of_the_front_after_each_update_of_a_cut_that_grows() {
     let cloud = Cloud::lattice(12, 12, 0.25, 2.2);
     let graph = cloud.graph();
     let along = DVec3::new(0.8, 0.6, 0.0);
-    let expected = DMat3::from_cols(along * along.x, along * along.y, along * along.z);
+    let expected = square(along);
     let middle = DVec3::new(0.5, 0.5, 0.0);
     let blade = |at: f64| [-4.0, 4.0].map(|z| middle + along * at + z * DVec3::Z);
     let mut cuts = Cuts::new(&CutSettings::for_spacing(0.1));
@@ -82,10 +87,7 @@ fn it_is_that_of_the_front_after_each_update_of_a_cut_that_grows() {
         for (node, (found, before)) in found.iter().zip(&before).enumerate() {
             let known = touched.nodes.binary_search(&(node as u32)).is_ok();
             assert!(known || found == before, "{node}");
-            let bent = graph.pairs(node).any(|pair| {
-                let factor = factors.factor(pair);
-                factor > 0.0 && factor < 1.0
-            });
+            let bent = is_bent(&graph, &factors, node);
             let expected = if bent { expected } else { DMat3::ZERO };
             assert!(off(*found, expected) < 1e-9, "{node}: {found}");
             left += usize::from(!bent && *before != DMat3::ZERO);
@@ -99,12 +101,8 @@ fn what_a_cut_parts_has_no_front_any_more() {
     let cloud = Cloud::lattice(12, 12, 0.25, 2.2);
     let through = strip(DVec3::X, 3.0);
     let mut factors = cloud.factors();
-    factors.update(
-        &cloud.graph(),
-        &through,
-        0..through.triangle_count(),
-        &inside,
-    );
+    let all = 0..through.triangle_count();
+    factors.update(&cloud.graph(), &through, all, &inside);
     let left = matrices(&cloud, &factors);
     assert!(left.iter().all(|m| *m == DMat3::ZERO));
     assert!(factors.severed_count() > 20);
@@ -128,8 +126,7 @@ fn a_rule_without_paths_has_no_front() {
 #[test]
 fn round_a_disc_it_points_outwards() {
     let cloud = Cloud::lattice(12, 12, 0.25, 2.2);
-    let settings = settings(&cloud);
-    let mut cuts = Cuts::new(&settings);
+    let mut cuts = Cuts::new(&settings(&cloud));
     let middle = DVec3::new(0.5, 0.52, 0.0);
     let count = 48_u32;
     let mut corners = vec![middle];
@@ -137,9 +134,8 @@ fn round_a_disc_it_points_outwards() {
         let (s, c) = (std::f64::consts::TAU * f64::from(k) / f64::from(count)).sin_cos();
         corners.push(middle + 0.3 * DVec3::new(c, 0.0, s));
     }
-    let triangles: Vec<[u32; 3]> = (0..count)
-        .map(|k| [0, 1 + k, 1 + (k + 1) % count])
-        .collect();
+    let triangles = (0..count).map(|k| [0, 1 + k, 1 + (k + 1) % count]);
+    let triangles: Vec<[u32; 3]> = triangles.collect();
     cuts.add_surface(&corners, &triangles).unwrap();
     let mut factors = cloud.factors();
     updated(&cloud, &mut factors, &cuts, 0);
@@ -152,11 +148,8 @@ fn round_a_disc_it_points_outwards() {
         seen += 1;
         assert!((trace - 1.0).abs() < 1e-9, "{found}");
         let outward = (*x - middle).with_y(0.0).normalize_or_zero();
-        let share = outward.dot(found * outward);
-        assert!(
-            share > 0.5 && (found * DVec3::Y).length() < 0.1,
-            "{x}: {found}"
-        );
+        let (share, up) = (outward.dot(found * outward), (found * DVec3::Y).length());
+        assert!(share > 0.5 && up < 0.1, "{x}: {found}");
     }
     assert!(seen > 10, "{seen}");
 }

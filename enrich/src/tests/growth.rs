@@ -7,7 +7,7 @@ use testkit::cloud::Random;
 
 use super::shapes::space;
 use super::slow::{inside, kernel};
-use super::space_cases::{body, cut, factors, settings};
+use super::space_cases::{body, cut, factors, settings, soup};
 use crate::{CutError, CutSettings, Cuts};
 
 #[test]
@@ -32,12 +32,8 @@ fn factors_never_rise_in_any_prefix_and_touched_says_what_changed() {
                 }
                 assert_eq!(changed, touched.pairs, "{name}");
                 for &pair in &changed {
-                    assert!(
-                        touched
-                            .nodes
-                            .binary_search(&cloud.indices[pair as usize])
-                            .is_ok()
-                    );
+                    let node = cloud.indices[pair as usize];
+                    assert!(touched.nodes.binary_search(&node).is_ok(), "{node}");
                 }
             }
         }
@@ -48,11 +44,8 @@ fn factors_never_rise_in_any_prefix_and_touched_says_what_changed() {
         let pairs = cloud.pairs();
         for (pair, (&grown, &once)) in growing.to_vec().iter().zip(&at_once).enumerate() {
             let (i, j) = pairs[pair];
-            assert!(
-                grown <= once,
-                "{name}: pair {pair} grown {grown}, at once {once}"
-            );
-            assert_eq!(grown < 1.0, once < 1.0, "{name}: pair {pair}");
+            let alike = grown <= once && (grown < 1.0) == (once < 1.0);
+            assert!(alike, "{name}: pair {pair} {grown}, at once {once}");
             lower += usize::from(grown < once - 1e-6);
             let uncut = kernel(cloud.x[i].distance(cloud.x[j]) / cloud.radius);
             most = most.max((once - grown) * uncut);
@@ -65,13 +58,6 @@ fn factors_never_rise_in_any_prefix_and_touched_says_what_changed() {
         assert_eq!(2 * growing.crossed_count(), crossed);
     }
     assert!(worst <= 0.05, "weights differ by {worst}");
-}
-
-/// All triangles of a case as loose corners.
-fn soup(cuts: &Cuts) -> Vec<[DVec3; 3]> {
-    (0..cuts.triangle_count())
-        .map(|t| cuts.triangle(t))
-        .collect()
 }
 
 fn from_soup(soup: &[[DVec3; 3]], settings: &CutSettings) -> Cuts {
@@ -156,11 +142,8 @@ fn an_update_tries_as_many_paths_after_a_thousand_triangles_as_after_ten() {
     let mut offsets = vec![0];
     for (i, p) in x.iter().enumerate() {
         let places = i.saturating_sub(1100)..(i + 1100).min(x.len());
-        indices.extend(
-            places
-                .filter(|&j| j != i && p.distance(x[j]) < 1.5)
-                .map(|j| j as u32),
-        );
+        let near = places.filter(|&j| j != i && p.distance(x[j]) < 1.5);
+        indices.extend(near.map(|j| j as u32));
         offsets.push(indices.len() as u32);
     }
     let graph = crate::Graph::new(&x, &offsets, &indices).unwrap();

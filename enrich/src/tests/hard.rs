@@ -6,15 +6,17 @@ use testkit::assert_matches;
 use testkit::cloud::Random;
 use testkit::strategies::vector;
 
+use super::shapes::Strokes;
 use super::slow::{Cloud, inside};
 use super::space_cases::{cut, factors};
-use crate::{
-    CutError, CutSettings, Cuts, FactorSettings, Graph, InfluenceRadius, PairFactors,
-    connected_pieces,
-};
+use crate::{CutError, CutSettings, Cuts, FactorSettings, Graph, InfluenceRadius, PairFactors};
 
 fn blade(y: f64, x: f64) -> Vec<DVec3> {
     vec![DVec3::new(x, y, -0.3), DVec3::new(x, y, 1.3)]
+}
+
+fn bent() -> Strokes {
+    vec![vec![blade(0.45, -0.3), blade(0.55, 0.6), blade(0.4, 0.9)]]
 }
 
 fn cloud() -> Cloud {
@@ -34,39 +36,27 @@ fn bad_captures_are_refused_and_change_nothing() {
     let stroke = cuts.start(&blade(0.5, 0.0)).unwrap();
     cuts.append(stroke, &blade(0.5, 0.3)).unwrap();
     let bad = [DVec3::ZERO, DVec3::new(0.0, f64::NAN, 1.0)];
-    assert_matches!(
-        cuts.append(stroke, &bad),
-        Err(CutError::NotFinite { point: 1, .. })
-    );
-    assert_eq!(
-        cuts.append(stroke, &bad[..1]),
-        Err(CutError::TooFewPoints { found: 1 })
-    );
+    let refused = cuts.append(stroke, &bad);
+    assert_matches!(refused, Err(CutError::NotFinite { point: 1, .. }));
+    let refused = cuts.append(stroke, &bad[..1]);
+    assert_eq!(refused, Err(CutError::TooFewPoints { found: 1 }));
     assert!(matches!(cuts.start(&bad), Err(CutError::NotFinite { .. })));
-    assert_eq!(
-        cuts.append(5, &blade(0.5, 0.6)),
-        Err(CutError::UnknownStroke {
-            stroke: 5,
-            started: 1
-        })
-    );
+    let (stroke_5, started) = (cuts.append(5, &blade(0.5, 0.6)), 1);
+    let unknown = CutError::UnknownStroke { stroke: 5, started };
+    assert_eq!(stroke_5, Err(unknown));
     let out = CutError::VertexOutOfRange {
         triangle: 0,
         vertex: 7,
         vertices: 2,
     };
-    assert_eq!(
-        cuts.add_surface(&bad[..1].repeat(2), &[[0, 1, 7]]),
-        Err(out)
-    );
+    let refused = cuts.add_surface(&bad[..1].repeat(2), &[[0, 1, 7]]);
+    assert_eq!(refused, Err(out));
     assert_eq!(cuts.triangle_count(), 2);
     assert_eq!(cuts.append(stroke, &blade(0.5, 0.6)), Ok(2..4));
     cuts.end(stroke).unwrap();
-    assert_eq!(cuts.end(stroke), Err(CutError::StrokeEnded { stroke }));
-    assert_eq!(
-        cuts.append(stroke, &blade(0.5, 0.9)),
-        Err(CutError::StrokeEnded { stroke })
-    );
+    let ended = CutError::StrokeEnded { stroke };
+    assert_eq!(cuts.end(stroke), Err(ended.clone()));
+    assert_eq!(cuts.append(stroke, &blade(0.5, 0.9)), Err(ended));
 }
 
 #[test]
@@ -80,8 +70,8 @@ fn pen_lifted_and_put_back() {
             vec![blade(0.503, 0.5 + gap), blade(0.503, 1.3)],
         ];
         let cuts = cut(&strokes, &settings(&cloud));
-        let pieces = connected_pieces(&cloud.offsets, &cloud.indices, &factors(&cloud, &cuts));
-        assert_eq!(pieces.sizes.len(), parts, "gap {gap}: {:?}", pieces.sizes);
+        let sizes = cloud.piece_sizes(&factors(&cloud, &cuts));
+        assert_eq!(sizes.len(), parts, "gap {gap}: {sizes:?}");
     }
 }
 
@@ -123,12 +113,7 @@ fn a_thousand_tiny_pieces_cut_as_one_large_triangle_does() {
     huge.add_surface(&far, &[[0, 1, 2]]).unwrap();
     let once = factors(&cloud, &huge);
     assert_eq!(grown.to_vec(), once);
-    assert_eq!(
-        connected_pieces(&cloud.offsets, &cloud.indices, &once)
-            .sizes
-            .len(),
-        2
-    );
+    assert_eq!(cloud.piece_sizes(&once).len(), 2);
 }
 
 #[test]
@@ -136,16 +121,12 @@ fn dice_leave_no_pair_between_cubes() {
     let cloud = cloud();
     let mut strokes = Vec::new();
     for c in [0.27, 0.503, 0.73] {
-        let quad = |a: [f64; 3], b: [f64; 3], d: [f64; 3], e: [f64; 3]| {
-            vec![
-                vec![DVec3::from(a), DVec3::from(b)],
-                vec![DVec3::from(d), DVec3::from(e)],
-            ]
-        };
-        let (l, h) = (-0.2, 1.2);
-        strokes.push(quad([c, l, l], [c, l, h], [c, h, l], [c, h, h]));
-        strokes.push(quad([l, c, l], [l, c, h], [h, c, l], [h, c, h]));
-        strokes.push(quad([l, l, c], [l, h, c], [h, l, c], [h, h, c]));
+        for axis in 0..3 {
+            let (u, v) = (DVec3::AXES[(axis + 1) % 3], DVec3::AXES[(axis + 2) % 3]);
+            let at = |a: f64, b: f64| c * DVec3::AXES[axis] + a * u + b * v;
+            let blade = |a: f64| vec![at(a, -0.2), at(a, 1.2)];
+            strokes.push([-0.2, 1.2].map(blade).to_vec());
+        }
     }
     let cuts = cut(&strokes, &settings(&cloud));
     let found = factors(&cloud, &cuts);
@@ -165,16 +146,10 @@ fn cut_through_an_edge_and_a_vertex_of_the_node_lattice() {
     // along pairs. No pair between x + y < 8 and x + y > 8 survives, every node has one side.
     let x: Vec<DVec3> = testkit::cloud::lattice([9, 9, 5], 1.0, 0.0, 1);
     let cloud = Cloud::joined(x, 2.3);
-    let mut cuts = Cuts::new(&CutSettings::for_spacing(1.0));
-    let at = |x: f64, z: f64| DVec3::new(x, 8.0 - x, z);
+    let blade = |x: f64| [-2.0, 2.0, 7.0].map(|z| DVec3::new(x, 8.0 - x, z));
     // Triangles with corners on nodes and edges along pairs.
-    let stroke = cuts
-        .start(&[at(-3.0, -2.0), at(-3.0, 2.0), at(-3.0, 7.0)])
-        .unwrap();
-    for x in [0.0, 2.0, 3.0, 4.5, 8.0, 12.0] {
-        cuts.append(stroke, &[at(x, -2.0), at(x, 2.0), at(x, 7.0)])
-            .unwrap();
-    }
+    let stroke = [-3.0, 0.0, 2.0, 3.0, 4.5, 8.0, 12.0].map(|x| blade(x).to_vec());
+    let cuts = cut(&vec![stroke.to_vec()], &CutSettings::for_spacing(1.0));
     let everywhere = |_: DVec3| true;
     let mut factors = cloud.factors();
     factors.update(&cloud.graph(), &cuts, 0..cuts.triangle_count(), &everywhere);
@@ -194,10 +169,7 @@ fn cut_through_an_edge_and_a_vertex_of_the_node_lattice() {
 #[test]
 fn threads_do_not_change_a_bit() {
     let cloud = cloud();
-    let cuts = cut(
-        &vec![vec![blade(0.45, -0.3), blade(0.55, 0.6), blade(0.4, 0.9)]],
-        &settings(&cloud),
-    );
+    let cuts = cut(&bent(), &settings(&cloud));
     let on = |threads| testkit::on_threads(threads, || factors(&cloud, &cuts));
     assert_eq!(on(4), on(1));
 }
@@ -238,7 +210,7 @@ proptest! {
         turn in testkit::strategies::rotation(), shift in vector(3.0), scale in testkit::strategies::scale()
     ) {
         let cloud = cloud();
-        let strokes = vec![vec![blade(0.45, -0.3), blade(0.55, 0.6), blade(0.4, 0.9)]];
+        let strokes = bent();
         let reference = factors(&cloud, &cut(&strokes, &settings(&cloud)));
         let place = |p: DVec3| scale * (turn * p + shift);
         let back = |p: DVec3| turn.inverse() * (p / scale - shift);

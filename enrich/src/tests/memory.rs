@@ -9,11 +9,8 @@ use crate::{CutSettings, Cuts, FactorSettings, Graph, PairFactors};
 
 /// A straight strip of `captures` steps of a spacing in a corner of a lattice of spacing 1.
 fn strip(captures: u32) -> Cuts {
-    let blade = |k: u32| {
-        [1.2, 4.9]
-            .map(|z| DVec3::new(f64::from(k) + 0.6, 2.4, z))
-            .to_vec()
-    };
+    let at = |k: u32, z: f64| DVec3::new(f64::from(k) + 0.6, 2.4, z);
+    let blade = |k: u32| vec![at(k, 1.2), at(k, 4.9)];
     let strokes = vec![(0..=captures).map(blade).collect()];
     cut(&strokes, &CutSettings::for_spacing(1.0))
 }

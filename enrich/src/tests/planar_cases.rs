@@ -4,8 +4,8 @@ use glam::DVec2;
 
 use super::shapes::{Lines, plane};
 use super::slow::{Cloud, VisibilityGraph, kernel};
-use super::space_cases::factors;
-use crate::{CutSettings, Cuts, connected_pieces};
+use super::space_cases::{factors, jitter};
+use crate::{CutSettings, Cuts};
 
 /// Upright strips over plane polylines, welded but not joined to faces.
 pub(crate) fn cut(lines: &Lines, weld_tolerance: f64) -> Cuts {
@@ -42,12 +42,7 @@ pub(crate) fn segments(cuts: &Cuts) -> Vec<[DVec2; 2]> {
 fn no_leak_and_no_over_cut_in_any_case() {
     let mut failures = Vec::new();
     for (name, lines, wanted) in plane() {
-        let jitter = if name.starts_with("through nodes") {
-            0.0
-        } else {
-            0.25
-        };
-        let cloud = Cloud::lattice(24, 1, jitter, 2.5);
+        let cloud = Cloud::lattice(24, 1, jitter(name), 2.5);
         let cuts = cut(&lines, 0.05 * cloud.radius);
         let found = factors(&cloud, &cuts);
         let segments = segments(&cuts);
@@ -87,17 +82,15 @@ fn no_leak_and_no_over_cut_in_any_case() {
         }
         // A path that is found is there: no factor is above the true path's but for round-off.
         if worst_leak > 1e-6 {
-            failures.push(format!(
-                "{name}: factor above the true way's by {worst_leak}"
-            ));
+            failures.push(format!("{name}: above the true way's by {worst_leak}"));
         }
         if rms > 1e-3 {
             failures.push(format!("{name}: rms {rms}"));
         }
-        let parts = connected_pieces(&cloud.offsets, &cloud.indices, &found);
-        let large = parts.sizes.iter().filter(|&&s| s > 3).count();
+        let sizes = cloud.piece_sizes(&found);
+        let large = sizes.iter().filter(|&&s| s > 3).count();
         if large != wanted {
-            failures.push(format!("{name}: pieces {:?}", parts.sizes));
+            failures.push(format!("{name}: pieces {sizes:?}"));
         }
     }
     assert!(failures.is_empty(), "{failures:#?}");

@@ -13,7 +13,7 @@ fn line(points: &[[f64; 2]]) -> Vec<DVec2> {
     points.iter().map(|&p| DVec2::from(p)).collect()
 }
 
-fn curve(count: u32, at: impl Fn(f64) -> [f64; 2]) -> Vec<DVec2> {
+pub(crate) fn curve(count: u32, at: impl Fn(f64) -> [f64; 2]) -> Vec<DVec2> {
     (0..=count)
         .map(|k| DVec2::from(at(f64::from(k) / f64::from(count))))
         .collect()
@@ -151,17 +151,13 @@ pub(crate) fn space() -> Vec<(String, Strokes, usize)> {
         "one long line",
         "dust of tiny pieces",
     ];
-    let mut all: Vec<(String, Strokes, usize)> = plane()
-        .into_iter()
-        .filter(|(name, _, _)| !skipped.contains(name))
-        .map(|(name, lines, parts)| {
-            (
-                format!("{name}, upright"),
-                extruded(&lines, -0.3, 1.3),
-                parts,
-            )
-        })
-        .collect();
+    let mut all: Vec<(String, Strokes, usize)> = Vec::new();
+    for (name, lines, parts) in plane() {
+        if !skipped.contains(&name) {
+            let upright = extruded(&lines, -0.3, 1.3);
+            all.push((format!("{name}, upright"), upright, parts));
+        }
+    }
     let point = |text: &str| DVec3::from_slice(&numbers(text));
     let edge = |text: &str| text.split(',').map(point).collect();
     let stroke = |text: &str| text.split(';').map(edge).collect();
@@ -170,124 +166,73 @@ pub(crate) fn space() -> Vec<(String, Strokes, usize)> {
         let strokes = fields[2].split('/').map(stroke).collect();
         all.push((fields[0].to_owned(), strokes, fields[1].parse().unwrap()));
     }
-    let mut add = |name: &str, strokes: Strokes, parts| all.push((name.to_owned(), strokes, parts));
     for turn in [90.0, 180.0, 360.0] {
-        add(
-            &format!("twist of {turn} degrees"),
-            twist(f64::to_radians(turn)),
-            1,
-        );
+        let strokes = twist(f64::to_radians(turn));
+        all.push((format!("twist of {turn} degrees"), strokes, 1));
     }
-    add(
-        "helicoid of two turns",
-        vec![
-            (0..=32)
-                .map(|k| {
-                    let t = f64::from(k) / 32.0;
-                    let (sin, cos) = (2.0 * TAU * t).sin_cos();
-                    let z = 0.15 + 0.7 * t;
-                    vec![
-                        DVec3::new(0.5 + 0.06 * cos, 0.5 + 0.06 * sin, z),
-                        DVec3::new(0.5 + 0.4 * cos, 0.5 + 0.4 * sin, z),
-                    ]
-                })
-                .collect(),
-        ],
-        1,
-    );
-    let ring = |radius: f64, low: f64, high: f64| -> Vec<Vec<DVec3>> {
-        (0..=24)
-            .map(|k| {
-                let (sin, cos) = (TAU * f64::from(k % 24) / 24.0).sin_cos();
-                let at = DVec2::new(0.5 + radius * cos, 0.5 + radius * sin);
-                vec![at.extend(low), at.extend(high)]
-            })
-            .collect()
+    // A blade of so many points in the plane at each of so many places along x.
+    let sheet = |places: u32, points: &dyn Fn(u32) -> u32, height: &dyn Fn(f64, f64) -> f64| {
+        let blade = |k: u32| {
+            let (x, n) = (-0.2 + 1.4 * f64::from(k) / f64::from(places), points(k));
+            let point = |m: u32| {
+                let y = -0.2 + 1.4 * f64::from(m) / f64::from(n - 1);
+                DVec3::new(x, y, height(x, y))
+            };
+            (0..n).map(point).collect()
+        };
+        vec![(0..=places).map(blade).collect()]
     };
-    add("cylinder plug of half depth", vec![ring(0.3, 0.5, 1.3)], 1);
-    add(
-        "wavy, 24 segments",
-        extruded(
-            &vec![curve(24, |t| {
-                [-0.3 + 1.6 * t, 0.5 + 0.1 * (2.0 * TAU * t).sin()]
-            })],
-            -0.3,
-            1.3,
+    let helicoid = |k: u32| {
+        let t = f64::from(k) / 32.0;
+        let (sin, cos) = (2.0 * TAU * t).sin_cos();
+        let at = |r: f64| DVec3::new(0.5 + r * cos, 0.5 + r * sin, 0.15 + 0.7 * t);
+        vec![at(0.06), at(0.4)]
+    };
+    let plug = |k: u32| {
+        let (sin, cos) = (TAU * f64::from(k % 24) / 24.0).sin_cos();
+        let at = DVec2::new(0.5 + 0.3 * cos, 0.5 + 0.3 * sin);
+        vec![at.extend(0.5), at.extend(1.3)]
+    };
+    let wavy = curve(24, |t| [-0.3 + 1.6 * t, 0.5 + 0.1 * (2.0 * TAU * t).sin()]);
+    let dome = |k: u32| -> Vec<DVec3> {
+        let (sin, cos) = (0.35 * PI * f64::from(k) / 6.0 + 0.02).sin_cos();
+        let at = |m: u32| {
+            let (s, c) = (TAU * f64::from(m % 20) / 20.0).sin_cos();
+            DVec3::new(0.5 + 0.4 * sin * c, 0.5 + 0.4 * sin * s, 0.3 + 0.4 * cos)
+        };
+        (0..=20).map(at).collect()
+    };
+    let c = |x: f64, y: f64, z: f64| DVec3::splat(0.253) + 0.5 * DVec3::new(x, y, z);
+    let wall = |[x, y]: [f64; 2]| vec![c(x, y, 0.0), c(x, y, 1.0)];
+    let walls = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]].map(wall);
+    let lid = |z| {
+        vec![
+            vec![c(0.0, 0.0, z), c(1.0, 0.0, z)],
+            vec![c(0.0, 1.0, z), c(1.0, 1.0, z)],
+        ]
+    };
+    let wave = |x: f64, y: f64| 0.5 + 0.08 * (7.0 * x).sin() * (5.0 * y).cos();
+    let cases: [(&str, Strokes, usize); 7] = [
+        (
+            "helicoid of two turns",
+            vec![(0..=32).map(helicoid).collect()],
+            1,
         ),
-        2,
-    );
-    add(
-        "wavy blade of 9 points",
-        vec![
-            (0..=12)
-                .map(|k| {
-                    let x = -0.2 + 1.4 * f64::from(k) / 12.0;
-                    (0..9)
-                        .map(|m| {
-                            let y = -0.2 + 1.4 * f64::from(m) / 8.0;
-                            DVec3::new(x, y, 0.5 + 0.08 * (7.0 * x).sin() * (5.0 * y).cos())
-                        })
-                        .collect()
-                })
-                .collect(),
-        ],
-        2,
-    );
-    add(
-        "blade changing from 2 to 7 points",
-        vec![
-            (0..=9)
-                .map(|k| {
-                    let x = -0.2 + 1.4 * f64::from(k) / 9.0;
-                    let n = [2_u32, 7, 3, 5][k as usize % 4];
-                    (0..n)
-                        .map(|m| {
-                            let y = -0.2 + 1.4 * f64::from(m) / f64::from(n - 1);
-                            DVec3::new(x, y, 0.503)
-                        })
-                        .collect()
-                })
-                .collect(),
-        ],
-        2,
-    );
-    add(
-        "dome",
-        {
-            let ring = |k: u32| -> Vec<DVec3> {
-                let (sin, cos) = (0.35 * PI * f64::from(k) / 6.0 + 0.02).sin_cos();
-                (0..=20)
-                    .map(|m| {
-                        let (s, c) = (TAU * f64::from(m % 20) / 20.0).sin_cos();
-                        DVec3::new(0.5 + 0.4 * sin * c, 0.5 + 0.4 * sin * s, 0.3 + 0.4 * cos)
-                    })
-                    .collect()
-            };
-            vec![(0..=6).map(ring).collect()]
-        },
-        1,
-    );
-    add(
-        "closed box",
-        {
-            let c = |x: u32, y: u32, z: u32| {
-                DVec3::new(
-                    0.253 + 0.5 * f64::from(x),
-                    0.253 + 0.5 * f64::from(y),
-                    0.253 + 0.5 * f64::from(z),
-                )
-            };
-            let walls = vec![
-                vec![c(0, 0, 0), c(0, 0, 1)],
-                vec![c(1, 0, 0), c(1, 0, 1)],
-                vec![c(1, 1, 0), c(1, 1, 1)],
-                vec![c(0, 1, 0), c(0, 1, 1)],
-                vec![c(0, 0, 0), c(0, 0, 1)],
-            ];
-            let lid = |z| vec![vec![c(0, 0, z), c(1, 0, z)], vec![c(0, 1, z), c(1, 1, z)]];
-            vec![walls, lid(0), lid(1)]
-        },
-        2,
-    );
+        (
+            "cylinder plug of half depth",
+            vec![(0..=24).map(plug).collect()],
+            1,
+        ),
+        ("wavy, 24 segments", extruded(&vec![wavy], -0.3, 1.3), 2),
+        ("wavy blade of 9 points", sheet(12, &|_| 9, &wave), 2),
+        (
+            "blade changing from 2 to 7 points",
+            sheet(9, &|k| [2, 7, 3, 5][k as usize % 4], &|_, _| 0.503),
+            2,
+        ),
+        ("dome", vec![(0..=6).map(dome).collect()], 1),
+        ("closed box", vec![walls.to_vec(), lid(0.0), lid(1.0)], 2),
+    ];
+    all.extend(cases.map(|(name, strokes, parts)| (name.to_owned(), strokes, parts)));
     all
 }

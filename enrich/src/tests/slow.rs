@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 use testkit::cloud;
 
-use crate::{FactorSettings, Graph, InfluenceRadius, PairFactors, Rule};
+use crate::{FactorSettings, Graph, InfluenceRadius, PairFactors, Rule, connected_pieces};
 
 /// Nodes, rows and the influence radius of a test cloud.
 pub(crate) struct Cloud {
@@ -66,15 +66,19 @@ impl Cloud {
         PairFactors::new(&self.graph(), &settings)
     }
 
+    /// Sizes of the pieces that factors leave.
+    pub(crate) fn piece_sizes(&self, factors: &[f64]) -> Vec<u32> {
+        connected_pieces(&self.offsets, &self.indices, factors).sizes
+    }
+
     /// Directed pairs as `(i, j)`, in the order of the graph.
     pub(crate) fn pairs(&self) -> Vec<(usize, usize)> {
-        (0..self.x.len())
-            .flat_map(|i| {
-                let row = self.offsets[i] as usize..self.offsets[i + 1] as usize;
-                row.map(move |pair| (i, pair))
-            })
-            .map(|(i, pair)| (i, self.indices[pair] as usize))
-            .collect()
+        let rows = self.offsets.windows(2).enumerate();
+        let row = |(i, row): (usize, &[u32])| {
+            let row = &self.indices[row[0] as usize..row[1] as usize];
+            row.iter().map(move |&j| (i, j as usize))
+        };
+        rows.flat_map(row).collect()
     }
 }
 
@@ -125,22 +129,13 @@ impl VisibilityGraph {
         }
         let mut stops = Vec::new();
         for &corner in &corners {
-            let mut angles: Vec<f64> = segments
-                .iter()
-                .filter_map(|[p, q]| {
-                    (*p == corner)
-                        .then(|| *q - corner)
-                        .or((*q == corner).then(|| *p - corner))
-                })
-                .map(|to| to.y.atan2(to.x))
-                .collect();
+            let both = segments.iter().flat_map(|&[p, q]| [(p, q), (q, p)]);
+            let from = both.filter(|(from, _)| *from == corner);
+            let mut angles: Vec<f64> = from.map(|(from, to)| (to - from).to_angle()).collect();
             angles.sort_by(f64::total_cmp);
             for k in 0..angles.len() {
-                let next = if k + 1 < angles.len() {
-                    angles[k + 1]
-                } else {
-                    angles[0] + std::f64::consts::TAU
-                };
+                let around = angles[0] + std::f64::consts::TAU;
+                let next = angles.get(k + 1).copied().unwrap_or(around);
                 // Of a wide sector three: none of them is in line with a segment.
                 let wide = next - angles[k] > std::f64::consts::PI;
                 let shares = if wide { &[0.2, 0.45, 0.7][..] } else { &[0.5] };
@@ -158,11 +153,8 @@ impl VisibilityGraph {
             stops,
             ways: Vec::new(),
         };
-        graph.ways = graph
-            .stops
-            .iter()
-            .map(|&a| graph.stops.iter().map(|&b| graph.way(a, b)).collect())
-            .collect();
+        let ways = |&a| graph.stops.iter().map(|&b| graph.way(a, b)).collect();
+        graph.ways = graph.stops.iter().map(ways).collect();
         graph
     }
 

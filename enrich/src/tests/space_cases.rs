@@ -1,10 +1,12 @@
 //! Every case in space: exactness, pieces, and the slow twin.
 
-use glam::{DVec2, DVec3};
+use std::f64::consts::TAU;
 
-use super::shapes::{Lines, Strokes, space};
+use glam::DVec3;
+
+use super::shapes::{Lines, Strokes, curve, space};
 use super::slow::{Cloud, cross3, inside, kernel};
-use crate::{CutSettings, Cuts, connected_pieces, nodes_in_small_pieces};
+use crate::{CutSettings, Cuts};
 
 pub(crate) fn settings(cloud: &Cloud) -> CutSettings {
     CutSettings {
@@ -31,13 +33,23 @@ pub(crate) fn factors(cloud: &Cloud, cuts: &Cuts) -> Vec<f64> {
     factors.to_vec()
 }
 
-pub(crate) fn body(name: &str) -> Cloud {
-    let jitter = if name.contains("through nodes") {
+/// All triangles of a case as loose corners.
+pub(crate) fn soup(cuts: &Cuts) -> Vec<[DVec3; 3]> {
+    let all = 0..cuts.triangle_count();
+    all.map(|t| cuts.triangle(t)).collect()
+}
+
+/// Clouds are jittered, but where a cut is to run through nodes.
+pub(crate) fn jitter(name: &str) -> f64 {
+    if name.contains("through nodes") {
         0.0
     } else {
         0.25
-    };
-    Cloud::lattice(12, 12, jitter, 2.2)
+    }
+}
+
+pub(crate) fn body(name: &str) -> Cloud {
+    Cloud::lattice(12, 12, jitter(name), 2.2)
 }
 
 /// The rule for paths of one bend by loops over all triangles and all edges, in plain floating point.
@@ -95,10 +107,8 @@ impl Twin {
             };
             let (mut low, mut high) = (0.0, 1.0);
             for _ in 0..40 {
-                let (m, n) = (
-                    low + 0.381_966 * (high - low),
-                    high - 0.381_966 * (high - low),
-                );
+                let step = 0.381_966 * (high - low);
+                let (m, n) = (low + step, high - step);
                 if path(m) < path(n) {
                     high = n;
                 } else {
@@ -127,11 +137,7 @@ fn equal_to_brute_force_in_any_case() {
         let cloud = body(&name);
         let cuts = cut(&strokes, &settings(&cloud));
         let found = factors(&cloud, &cuts);
-        let twin = Twin::new(
-            (0..cuts.triangle_count())
-                .map(|t| cuts.triangle(t))
-                .collect(),
-        );
+        let twin = Twin::new(soup(&cuts));
         let through_nodes = name.contains("through nodes");
         let (mut crossed, mut severed, mut compared, mut borderline) = (0, 0, 0, 0);
         let mut longer = 0;
@@ -145,11 +151,8 @@ fn equal_to_brute_force_in_any_case() {
             }
             compared += 1;
             let expected = twin.factor(cloud.x[i], cloud.x[j], cloud.radius);
-            assert_eq!(
-                expected >= 1.0,
-                found[pair] >= 1.0,
-                "{name}: {i} {j} {expected}"
-            );
+            let same = (expected >= 1.0) == (found[pair] >= 1.0);
+            assert!(same, "{name}: {i} {j} {expected}");
             if found[pair] > expected + 1e-6 {
                 // A path of more bends, which the tests of geodesics judge.
                 longer += 1;
@@ -163,39 +166,26 @@ fn equal_to_brute_force_in_any_case() {
                 "{name}: crossed {crossed}, severed {severed}, differ {borderline} of {compared}, {longer} of more bends"
             );
         }
-        assert!(
-            borderline * 2000 <= compared,
-            "{name}: {borderline} of {compared} differ"
-        );
-        let (offsets, indices) = (&cloud.offsets, &cloud.indices);
-        let parts = connected_pieces(offsets, indices, &found);
-        for (limit, step) in [(1, 1), (12, 1), (200, 61)] {
-            let all: Vec<u32> = (0..cloud.x.len() as u32).step_by(step).collect();
-            let small = nodes_in_small_pieces(offsets, indices, &found, &all, limit);
-            let expected = all.iter().filter(|&&node| {
-                (parts.sizes[parts.piece[node as usize] as usize] as usize) < limit
-            });
-            assert!(small.iter().eq(expected), "{name}: pieces below {limit}");
-        }
-        let large = parts.sizes.iter().filter(|&&s| s > 3).count();
-        assert_eq!(large, wanted, "{name}: {:?}", parts.sizes);
+        let few = borderline * 2000 <= compared;
+        assert!(few, "{name}: {borderline} of {compared} differ");
+        let sizes = cloud.piece_sizes(&found);
+        let large = sizes.iter().filter(|&&s| s > 3).count();
+        assert_eq!(large, wanted, "{name}: {sizes:?}");
     }
 }
 
 #[test]
 fn upright_strips_have_the_true_geodesic_of_the_plane_extended_by_height() {
     // Full-height strips over a plane cut: the shortest path is sqrt(L² + dz²) with the plane's L.
-    let spiral = |turns: f64, low: f64, high: f64, count: u32| -> Vec<DVec2> {
-        let place = |k: u32| {
-            let t = f64::from(k) / f64::from(count);
-            let (sin, cos) = (turns * std::f64::consts::TAU * t).sin_cos();
-            let r = low + (high - low) * t;
-            DVec2::new(0.5 + r * cos, 0.5 + r * sin)
-        };
-        (0..=count).map(place).collect()
-    };
     let mut cases: Vec<(String, Lines)> = Vec::new();
     for count in [12, 48] {
+        let spiral = |turns: f64, low: f64, high: f64| {
+            curve(count, |t| {
+                let (sin, cos) = (turns * TAU * t).sin_cos();
+                let r = low + (high - low) * t;
+                [0.5 + r * cos, 0.5 + r * sin]
+            })
+        };
         for (turns, low, high) in [
             (2.0, 0.08, 0.38),
             (2.0, 0.02, 0.4),
@@ -203,19 +193,11 @@ fn upright_strips_have_the_true_geodesic_of_the_plane_extended_by_height() {
             (3.0, 0.1, 0.4),
             (0.5, 0.06, 0.06),
         ] {
-            cases.push((
-                format!("{turns} turns from {low} to {high} in {count}"),
-                vec![spiral(turns, low, high, count)],
-            ));
+            let name = format!("{turns} turns from {low} to {high} in {count}");
+            cases.push((name, vec![spiral(turns, low, high)]));
         }
-        let wave = |k: u32| {
-            let t = f64::from(k) / f64::from(count);
-            DVec2::new(0.2 + 0.6 * t, 0.5 + 0.2 * (std::f64::consts::TAU * t).sin())
-        };
-        cases.push((
-            format!("wave in {count}"),
-            vec![(0..=count).map(wave).collect()],
-        ));
+        let wave = curve(count, |t| [0.2 + 0.6 * t, 0.5 + 0.2 * (TAU * t).sin()]);
+        cases.push((format!("wave in {count}"), vec![wave]));
     }
     for (name, lines, _) in super::shapes::plane() {
         let skipped = ["through nodes", "dust", "diced", "long line"];
