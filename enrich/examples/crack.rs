@@ -79,26 +79,18 @@ fn main() -> Result<(), Box<dyn Error>> {
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\">\n\
          <rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n"
     );
-    let mut crossed: Vec<(u32, u32, f64)> = factors.crossed(&graph).collect();
-    let weak: std::collections::BTreeMap<(u32, u32), f64> = crossed
-        .drain(..)
-        .map(|(i, j, factor)| ((i.min(j), i.max(j)), factor))
-        .collect();
+    let mut weak = factors.crossed(&graph).peekable();
     let (mut whole, mut gone) = (String::new(), String::new());
     let (mut severed, mut partly) = (0, 0);
     for i in 0..count {
         for j in (i + 1..count).filter(|&j| near(i, j)) {
-            let factor = weak.get(&(i, j)).copied();
+            let factor = weak.next_if(|pair| (pair.0, pair.1) == (i, j));
             let middle = x[i as usize].midpoint(x[j as usize]);
-            let away = places
-                .iter()
-                .map(|p| p.distance(middle))
-                .fold(f64::INFINITY, f64::min);
-            assert!(
-                factor.is_none() || away < 1.2,
-                "a pair {away} from the crack is weakened"
-            );
-            let factor = factor.unwrap_or(1.0);
+            let away = places.iter().map(|p| p.distance(middle));
+            let away = away.fold(f64::INFINITY, f64::min);
+            let near = factor.is_none() || away < 1.2;
+            assert!(near, "a pair {away} from the crack is weakened");
+            let factor = factor.map_or(1.0, |(_, _, factor)| factor);
             severed += u32::from(factor == 0.0);
             partly += u32::from(factor > 0.0 && factor < 1.0);
             let ((x1, y1), (x2, y2)) = (pixel(x[i as usize]), pixel(x[j as usize]));
@@ -125,11 +117,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         svg,
         "<path d=\"{gone}\" stroke=\"#000\" stroke-width=\"0.6\" stroke-dasharray=\"2 3\"/>"
     )?;
-    let line: Vec<String> = places
-        .iter()
-        .map(|&p| pixel(p))
-        .map(|(x, y)| format!("{x:.1},{y:.1}"))
-        .collect();
+    let point = |(x, y): (f64, f64)| format!("{x:.1},{y:.1}");
+    let line: Vec<String> = places.iter().map(|&p| point(pixel(p))).collect();
     writeln!(
         svg,
         "<polyline points=\"{}\" fill=\"none\" stroke=\"#1a5fb4\" stroke-width=\"3.5\"/>",
@@ -160,9 +149,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     svg.push_str("</svg>\n");
     std::fs::write(&file, svg)?;
     println!("{severed} pairs severed, {partly} weakened: {file}");
-    assert!(
-        severed > 30 && partly > 2,
-        "the crack is not as it was drawn"
-    );
+    let drawn = severed > 30 && partly > 2;
+    assert!(drawn, "the crack is not as it was drawn");
     Ok(())
 }

@@ -36,18 +36,11 @@ impl CutSettings {
     }
 
     fn check(&self) {
-        let Self {
-            weld_tolerance,
-            influence_radius,
-        } = *self;
-        assert!(
-            influence_radius > 0.0 && influence_radius.is_finite(),
-            "influence radius of {influence_radius} is not positive"
-        );
-        assert!(
-            weld_tolerance >= 0.0 && weld_tolerance.is_finite(),
-            "weld tolerance of {weld_tolerance} is not a length"
-        );
+        let (radius, tolerance) = (self.influence_radius, self.weld_tolerance);
+        let is_radius = radius > 0.0 && radius.is_finite();
+        assert!(is_radius, "influence radius of {radius} is not positive");
+        let is_length = tolerance >= 0.0 && tolerance.is_finite();
+        assert!(is_length, "weld tolerance of {tolerance} is not a length");
     }
 }
 
@@ -137,10 +130,7 @@ impl Cuts {
     /// # Errors
     /// [`CutError::TooFewPoints`] and [`CutError::NotFinite`].
     pub fn start(&mut self, blade: &[DVec3]) -> Result<usize, CutError> {
-        check_points(blade)?;
-        if blade.len() < 2 {
-            return Err(CutError::TooFewPoints { found: blade.len() });
-        }
+        check_edge(blade)?;
         self.strokes.push(Stroke {
             start: blade.to_vec(),
             blade: Vec::new(),
@@ -161,10 +151,7 @@ impl Cuts {
     /// [`CutError::TooFewPoints`], [`CutError::NotFinite`], [`CutError::UnknownStroke`] and
     /// [`CutError::StrokeEnded`]; the cut is then unchanged.
     pub fn append(&mut self, stroke: usize, blade: &[DVec3]) -> Result<Range<usize>, CutError> {
-        check_points(blade)?;
-        if blade.len() < 2 {
-            return Err(CutError::TooFewPoints { found: blade.len() });
-        }
+        check_edge(blade)?;
         self.open(stroke)?;
         let start = std::mem::take(&mut self.strokes[stroke].start);
         if !start.is_empty() {
@@ -244,13 +231,11 @@ impl Cuts {
         }
         let first = self.triangles.len();
         let weld_tolerance = self.settings.weld_tolerance;
-        let welded: Vec<u32> = vertices
-            .iter()
-            .map(|&p| {
-                self.vertex_near(p, weld_tolerance)
-                    .unwrap_or_else(|| self.new_vertex(p))
-            })
-            .collect();
+        let weld = |&p: &DVec3| {
+            let known = self.vertex_near(p, weld_tolerance);
+            known.unwrap_or_else(|| self.new_vertex(p))
+        };
+        let welded: Vec<u32> = vertices.iter().map(weld).collect();
         for corners in triangles {
             self.add(corners.map(|c| welded[c as usize]));
         }
@@ -400,9 +385,8 @@ impl Cuts {
 
     /// Whether a triangle has a corner on the stroke's last edge.
     pub(crate) fn hangs_on_front(&self, stroke: usize, triangle: u32) -> bool {
-        self.triangles[triangle as usize]
-            .iter()
-            .any(|&v| self.is_in_front(stroke, v))
+        let mut corners = self.triangles[triangle as usize].iter();
+        corners.any(|&v| self.is_in_front(stroke, v))
     }
 
     /// Calls `f` with the number of each triangle whose box meets `near`.
@@ -440,6 +424,14 @@ impl Cuts {
         self.forest.insert(triangle, places);
         self.edges
             .add(&self.vertices, corners, self.settings.influence_radius);
+    }
+}
+
+fn check_edge(blade: &[DVec3]) -> Result<(), CutError> {
+    check_points(blade)?;
+    match blade.len() {
+        found @ ..2 => Err(CutError::TooFewPoints { found }),
+        _ => Ok(()),
     }
 }
 

@@ -70,15 +70,12 @@ impl Edges {
         edge.opposite.push(opposite);
         let [a, b] = ends.map(|v| vertices[v as usize]);
         let along = (b - a).normalize_or_zero();
-        let mut inward: Vec<(DVec3, DVec3)> = edge
-            .opposite
-            .iter()
-            .map(|&v| {
-                let corner = vertices[v as usize];
-                let to = corner - a;
-                (corner, to - to.dot(along) * along)
-            })
-            .collect();
+        let inward = |&v: &u32| {
+            let corner = vertices[v as usize];
+            let to = corner - a;
+            (corner, to - to.dot(along) * along)
+        };
+        let mut inward: Vec<(DVec3, DVec3)> = edge.opposite.iter().map(inward).collect();
         edge.outward = outward(&mut inward, straight);
     }
 
@@ -97,15 +94,13 @@ impl Edges {
         within: f64,
     ) -> Option<([DVec3; 2], DVec3)> {
         let mut near: Vec<(f64, u32)> = Vec::new();
-        self.index
-            .in_box(&Bounds::of(&[point]).grown(within), |edge| {
-                if self.edges[edge as usize].opposite.len() == 1 {
-                    let distance = self.distance(vertices, edge, point);
-                    if distance <= within {
-                        near.push((distance, edge));
-                    }
-                }
-            });
+        let around = Bounds::of(&[point]).grown(within);
+        self.index.in_box(&around, |edge| {
+            if self.edges[edge as usize].opposite.len() == 1 {
+                near.push((point.distance(self.nearest(vertices, edge, point)), edge));
+            }
+        });
+        near.retain(|found| found.0 <= within);
         let nearest = near.iter().map(|found| found.0).reduce(f64::min)?;
         let round_off = 1e-9 * (nearest + within);
         let across = |edge: u32| {
@@ -115,12 +110,10 @@ impl Edges {
             from_p.max(from_q)
         };
         let tied = near.iter().filter(|found| found.0 <= nearest + round_off);
-        let (_, edge) =
-            tied.max_by(|a, b| across(a.1).total_cmp(&across(b.1)).then(b.1.cmp(&a.1)))?;
-        Some((
-            self.ends(vertices, *edge),
-            self.nearest(vertices, *edge, point),
-        ))
+        let order = |a: u32, b: u32| across(a).total_cmp(&across(b)).then(b.cmp(&a));
+        let (_, edge) = *tied.max_by(|a, b| order(a.1, b.1))?;
+        let nearest = self.nearest(vertices, edge, point);
+        Some((self.ends(vertices, edge), nearest))
     }
 
     /// Edges around which paths can pass near a box, sorted; whether the cut ends there.
@@ -163,11 +156,6 @@ impl Edges {
             point: p + t.clamp(0.0, length) * along,
             outward: self.edges[edge as usize].outward,
         }
-    }
-
-    /// Distance (m) of a point from an edge.
-    fn distance(&self, vertices: &[DVec3], edge: u32, point: DVec3) -> f64 {
-        point.distance(self.nearest(vertices, edge, point))
     }
 
     /// Bytes held on the heap, about.

@@ -43,10 +43,8 @@ impl Cuts {
             }
             // Of several triangles that share the nearest point the one seen most from above
             // decides: near an edge the others are seen from behind.
-            let height = (point - at)
-                .normalize_or_zero()
-                .dot(self.normal(triangle as usize))
-                .abs();
+            let normal = self.normal(triangle as usize);
+            let height = (point - at).normalize_or_zero().dot(normal).abs();
             let nearer = best.is_none_or(|(d, h, _, _)| {
                 let tie = 1e-12 * (d + distance);
                 distance < d - tie || (distance <= d + tie && height > h)

@@ -113,11 +113,8 @@ impl PairFactors {
     pub fn new(graph: &Graph<'_>, settings: &FactorSettings) -> Self {
         let (InfluenceRadius::Neighbors(size) | InfluenceRadius::Length(size)) =
             settings.influence_radius;
-        assert!(
-            size > 0.0 && size.is_finite(),
-            "influence radius {:?} is not positive",
-            settings.influence_radius
-        );
+        let (is_positive, radius) = (size > 0.0 && size.is_finite(), settings.influence_radius);
+        assert!(is_positive, "influence radius {radius:?} is not positive");
         Self {
             settings: *settings,
             node_count: graph.positions.len(),
@@ -151,12 +148,8 @@ impl PairFactors {
         inside: &(dyn Fn(DVec3) -> bool + Sync),
     ) -> Changed {
         self.check_same(graph);
-        assert!(
-            new.end <= cut.triangle_count(),
-            "triangle {} of {}",
-            new.end,
-            cut.triangle_count()
-        );
+        let (end, all) = (new.end, cut.triangle_count());
+        assert!(end <= all, "triangle {end} of {all}");
         let candidates = self.candidates(graph, cut, new);
         let FactorSettings {
             influence_radius,
@@ -169,10 +162,10 @@ impl PairFactors {
             rule.crossed_factor(cut, a, b, radius, inside, scratch)
         };
         let values: Vec<(f64, DVec3)> = if candidates.len() < PARALLEL {
-            let mut scratch = PathScratch::default();
+            let scratch = &mut PathScratch::default();
             candidates
                 .iter()
-                .map(|candidate| evaluate(&mut scratch, candidate))
+                .map(|pair| evaluate(scratch, pair))
                 .collect()
         } else {
             candidates
@@ -282,16 +275,10 @@ impl PairFactors {
     }
 
     pub(crate) fn check_same(&self, graph: &Graph<'_>) {
-        assert_eq!(
-            (graph.positions.len(), graph.offsets.len()),
-            (self.node_count, self.node_count + 1),
-            "the nodes of the start"
-        );
-        assert_eq!(
-            graph.indices.len(),
-            self.pair_count,
-            "the pairs of the start"
-        );
+        let (nodes, pairs) = (self.node_count, self.pair_count);
+        let found = (graph.positions.len(), graph.offsets.len());
+        assert_eq!(found, (nodes, nodes + 1), "the nodes of the start");
+        assert_eq!(graph.indices.len(), pairs, "the pairs of the start");
     }
 
     /// Lets nothing pass along a directed pair.

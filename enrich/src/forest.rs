@@ -139,11 +139,9 @@ impl Tree {
             }
             width *= 2;
         }
+        let hull = |t: &[DVec3; 3]| Hull::of(std::slice::from_ref(t));
         Self {
-            hulls: triangles
-                .iter()
-                .map(|t| Hull::of(std::slice::from_ref(t)))
-                .collect(),
+            hulls: triangles.iter().map(hull).collect(),
             ids,
             triangles,
             nodes,
@@ -298,11 +296,16 @@ mod tests {
     fn crossed(forest: &Forest, a: DVec3, b: DVec3) -> Vec<u32> {
         let mut found = Vec::new();
         let _ = forest.on_segment(a, b, |id, [p, q, r]| {
-            if segment_crosses_triangle(a, b, *p, *q, *r) {
-                found.push(id);
-            }
+            found.extend(segment_crosses_triangle(a, b, *p, *q, *r).then_some(id));
             ControlFlow::Continue(())
         });
+        found.sort_unstable();
+        found
+    }
+
+    fn in_box(forest: &Forest, near: &Bounds) -> Vec<u32> {
+        let mut found = Vec::new();
+        forest.in_box(near, |id| found.push(id));
         found.sort_unstable();
         found
     }
@@ -338,23 +341,15 @@ mod tests {
             }
             for _ in 0..40 {
                 let (a, b) = (point(1.0), point(1.0));
-                let brute: Vec<u32> = (0..)
-                    .zip(&triangles)
-                    .filter(|(_, [p, q, r])| segment_crosses_triangle(a, b, *p, *q, *r))
-                    .map(|(id, _)| id)
-                    .collect();
+                let those = |holds: &dyn Fn(&[DVec3; 3]) -> bool| -> Vec<u32> {
+                    (0..count).filter(|&id| holds(&triangles[id as usize])).collect()
+                };
+                let brute = those(&|[p, q, r]| segment_crosses_triangle(a, b, *p, *q, *r));
                 prop_assert_eq!(forest.crossed(a, b), !brute.is_empty());
                 prop_assert_eq!(crossed(&forest, a, b), brute);
                 let near = Bounds::of(&[a, b]);
-                let mut found = Vec::new();
-                forest.in_box(&near, |id| found.push(id));
-                found.sort_unstable();
-                let brute: Vec<u32> = (0..)
-                    .zip(&triangles)
-                    .filter(|(_, t)| Bounds::of(*t).meets(&near))
-                    .map(|(id, _)| id)
-                    .collect();
-                prop_assert_eq!(found, brute);
+                let brute = those(&|t| Bounds::of(t).meets(&near));
+                prop_assert_eq!(in_box(&forest, &near), brute);
             }
         }
     }
@@ -367,9 +362,7 @@ mod tests {
             let at = DVec3::X * f64::from(id);
             forest.insert(id, [at, at + DVec3::Y, at + DVec3::Z]);
             if id % 97 == 0 || id > 6135 {
-                let mut found = Vec::new();
-                forest.in_box(&everything, |id| found.push(id));
-                found.sort_unstable();
+                let found = in_box(&forest, &everything);
                 assert!(found.into_iter().eq(0..=id), "{id}");
             }
         }

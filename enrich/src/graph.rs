@@ -237,19 +237,14 @@ impl InfluenceRadius {
             Self::Length(length) => return length,
         };
         let (x, row) = (graph.positions[node], graph.row(node));
-        let total: f64 = row
-            .iter()
-            .map(|&j| x.distance(graph.positions[j as usize]))
-            .sum();
-        let count = row.len().max(1) as f64;
-        scale * total / count
+        let lengths = row.iter().map(|&j| x.distance(graph.positions[j as usize]));
+        scale * lengths.sum::<f64>() / row.len().max(1) as f64
     }
 
     /// Distance (m) from any node beyond which a triangle changes none of its pairs.
     pub(crate) fn span(self, graph: &Graph<'_>) -> f64 {
-        let radii: Vec<f64> = (0..graph.positions.len())
-            .map(|node| self.of(graph, node))
-            .collect();
+        let nodes = 0..graph.positions.len();
+        let radii: Vec<f64> = nodes.map(|node| self.of(graph, node)).collect();
         let mut span = 0.0_f64;
         for (i, x) in graph.positions.iter().enumerate() {
             for &j in graph.row(i) {

@@ -35,10 +35,8 @@ impl PairFactors {
                 return;
             }
             // What is known as a whole may hang on parts that were not looked at.
-            let known: Vec<u32> = walks
-                .reached()
-                .filter(|&node| !walks.is_open(node))
-                .collect();
+            let known = walks.reached().filter(|&node| !walks.is_open(node));
+            let known: Vec<u32> = known.collect();
             if !walks.begin(&self.bent_to(graph, &known)) {
                 break;
             }
@@ -47,11 +45,8 @@ impl PairFactors {
         for node in walks.reached() {
             let part = walks.walk_of(node);
             let size = sizes.entry(part).or_insert(0_usize);
-            *size = if walks.is_open(node) {
-                usize::MAX
-            } else {
-                *size + 1
-            };
+            let is_open = walks.is_open(node);
+            *size = if is_open { usize::MAX } else { *size + 1 };
             for (pair, factor) in self.crossed_in(graph, node as usize) {
                 let there = walks.walk_of(graph.indices[pair]);
                 if factor > 0.0 && there != 0 && there != part {
@@ -86,9 +81,8 @@ impl PairFactors {
 
     /// Nodes that pairs which are bent around a front join some nodes to, ascending.
     fn bent_to(&self, graph: &Graph<'_>, nodes: &[u32]) -> Vec<u32> {
-        let crossed = nodes
-            .iter()
-            .flat_map(|&node| self.crossed_in(graph, node as usize));
+        let pairs = |&node: &u32| self.crossed_in(graph, node as usize);
+        let crossed = nodes.iter().flat_map(pairs);
         let bent = crossed.filter(|(_, factor)| *factor > 0.0);
         let mut ends: Vec<u32> = bent.map(|(pair, _)| graph.indices[pair]).collect();
         ends.sort_unstable();
@@ -108,9 +102,8 @@ fn groups(mut sizes: BTreeMap<u32, usize>, ties: &Ties, smallest: usize) -> BTre
                 *between.entry((from, to)).or_default() += factor;
             }
         }
-        let strongest = between
-            .iter()
-            .max_by(|a, b| a.1.total_cmp(b.1).then(b.0.cmp(a.0)));
+        let ties = between.iter();
+        let strongest = ties.max_by(|a, b| a.1.total_cmp(b.1).then(b.0.cmp(a.0)));
         let Some((&(from, to), _)) = strongest else {
             return group;
         };

@@ -46,10 +46,8 @@ pub fn resampled(line: &[DVec3], count: usize) -> Vec<DVec3> {
     if line.len() < 2 {
         return line.iter().cycle().copied().take(count).collect();
     }
-    let lengths: Vec<f64> = line
-        .windows(2)
-        .map(|ends| ends[0].distance(ends[1]))
-        .collect();
+    let lengths = line.windows(2).map(|ends| ends[0].distance(ends[1]));
+    let lengths: Vec<f64> = lengths.collect();
     let total: f64 = lengths.iter().sum();
     let mut points = Vec::with_capacity(count);
     let (mut segment, mut passed, mut reached) = (0, 0.0, 0.0);

@@ -208,10 +208,9 @@ mod tests {
             zeros += u32::from(expected == 0);
             // Same lines, moved so that no coordinate is representable: still antisymmetric.
             let moved = |v: [i64; 4]| v.map(|x| x as f64 * shift.1 + shift.0);
-            assert_eq!(
-                product_difference_sign(moved(m), moved(n)),
-                -product_difference_sign(moved(n), moved(m))
-            );
+            let (m, n) = (moved(m), moved(n));
+            let turned = -product_difference_sign(n, m);
+            assert_eq!(product_difference_sign(m, n), turned);
         }
         assert!(zeros > 500, "{zeros}");
     }
@@ -244,20 +243,12 @@ mod tests {
     fn tetrahedra_are_watertight_for_lattice_points() {
         // A closed surface is crossed an even number of times by a segment between two points of
         // the same side, even where the segment runs through corners and edges.
-        let corners = [
-            DVec3::ZERO,
-            DVec3::X * 2.0,
-            DVec3::Y * 2.0,
-            DVec3::new(0.0, 0.0, 2.0),
-        ];
+        let corners = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z].map(|p| p * 2.0);
         let faces = [[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]];
+        let faces = faces.map(|face| face.map(|k| corners[k]));
         let count = |a: DVec3, b: DVec3| {
-            faces
-                .iter()
-                .filter(|f| {
-                    segment_crosses_triangle(a, b, corners[f[0]], corners[f[1]], corners[f[2]])
-                })
-                .count()
+            let crossed = |[p, q, r]: &&[DVec3; 3]| segment_crosses_triangle(a, b, *p, *q, *r);
+            faces.iter().filter(crossed).count()
         };
         let far = DVec3::new(-11.0, -5.0, -7.0);
         let lattice: Vec<DVec3> = (0..125)

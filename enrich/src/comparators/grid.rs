@@ -148,11 +148,9 @@ impl EnrichmentGrid {
         };
         let points = counts.x * counts.y * counts.z;
         // A spacing of zero or NaN gives a count that is not finite.
-        if !points.is_finite() || points > settings.most_points as f64 {
-            return Err(GridError::TooLarge {
-                points,
-                limit: settings.most_points,
-            });
+        let limit = settings.most_points;
+        if !points.is_finite() || points > limit as f64 {
+            return Err(GridError::TooLarge { points, limit });
         }
         let size = counts.to_array().map(|c| c as usize);
         let mut grid = Self {
@@ -190,11 +188,8 @@ impl EnrichmentGrid {
         let found = self.look_up(point)?;
         // No point is farther from its nearest lattice point, and s changes by no more than the way.
         let farthest = 0.5 * self.spacing.length();
-        Some(if found.s.abs() <= farthest {
-            self.evaluate(point)
-        } else {
-            found
-        })
+        let is_near = found.s.abs() <= farthest;
+        Some(if is_near { self.evaluate(point) } else { found })
     }
 
     /// Nodes nearer to the cut than their support radius, by looking up d3 (eq. (64), fig. 66).
@@ -203,16 +198,13 @@ impl EnrichmentGrid {
     /// If there is not one radius per position.
     #[must_use]
     pub fn touched_nodes(&self, positions: &[DVec3], support_radius: &[f64]) -> Vec<u32> {
-        assert_eq!(
-            positions.len(),
-            support_radius.len(),
-            "one support radius per node"
-        );
-        (0..)
-            .zip(positions.iter().zip(support_radius))
-            .filter(|&(_, (&p, &radius))| self.look_up(p).is_some_and(|e| e.distance < radius))
-            .map(|(node, _)| node)
-            .collect()
+        let n = positions.len();
+        assert_eq!(support_radius.len(), n, "one support radius per node");
+        let is_near = |&node: &u32| {
+            let found = self.look_up(positions[node as usize]);
+            found.is_some_and(|e| e.distance < support_radius[node as usize])
+        };
+        (0..crate::index32(n)).filter(is_near).collect()
     }
 
     /// The common frame: its origin (m), eqs. (39) and (45), and the unit normal of the common plane, eq. (46); in the

@@ -4,9 +4,8 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use super::grid::{
-    EnrichmentGrid, GridForm, GridSettings, GridSheets, grid_pair_factors, piece_between,
-};
+use super::grid::{EnrichmentGrid, GridForm, GridSettings, GridSheets};
+use super::grid::{grid_pair_factors, piece_between};
 use crate::bounds::Bounds;
 use crate::cuts::Cuts;
 use crate::face::nearest_on_triangle;
@@ -79,9 +78,8 @@ impl GridFactors {
     /// Number of undirected pairs that no lattice decides, and that [`PairFactors`] weakens or severs.
     pub(crate) fn count_without_lattice(&self) -> usize {
         let both = self.factors.iter().zip(&self.by_lattice);
-        both.filter(|(factor, lattice)| factor.to_bits() != lattice.to_bits())
-            .count()
-            / 2
+        let others = both.filter(|(factor, lattice)| factor.to_bits() != lattice.to_bits());
+        others.count() / 2
     }
 
     /// Bytes held on the heap, about.
@@ -132,14 +130,12 @@ impl GridFactors {
             })
             .collect();
         Self::join_single_nodes(graph, pairs, &mut factors);
-        let rows = graph.offsets.windows(2).zip(0_u32..);
-        let touched = rows
-            .filter(|(row, _)| {
-                let row = row[0] as usize..row[1] as usize;
-                factors[row.clone()] != self.factors[row]
-            })
-            .map(|(_, node)| node)
-            .collect();
+        let changed = |&node: &u32| {
+            let row = graph.pairs(node as usize);
+            factors[row.clone()] != self.factors[row]
+        };
+        let nodes = 0..crate::index32(graph.positions.len());
+        let touched = nodes.filter(changed).collect();
         self.factors = factors;
         touched
     }
@@ -170,6 +166,14 @@ mod tests {
     use crate::cut_rule::{CutRule, Factors};
     use crate::cuts::CutSettings;
 
+    fn grid(inflate: Option<f64>) -> CutRule {
+        CutRule::Grid {
+            spacing: None,
+            inflate,
+            cells: None,
+        }
+    }
+
     /// Two nodes beside a cut: severed once the blade is past them, and both reported; by the lattice, or by
     /// the other rule where the piece has none.
     #[test]
@@ -180,12 +184,7 @@ mod tests {
         // A margin of a billion lattice points is refused.
         for (inflate, lattices, without) in [(None, 1, 0), (Some(100.0), 0, 1)] {
             let mut cuts = Cuts::new(&CutSettings::for_spacing(0.2));
-            let rule = CutRule::Grid {
-                spacing: None,
-                inflate,
-                cells: None,
-            };
-            let mut factors = Factors::new(rule, &graph, vec![0.6; 2], 0.2);
+            let mut factors = Factors::new(grid(inflate), &graph, vec![0.6; 2], 0.2);
             let stroke = cuts.start(&edge(-3.0)).expect("an edge");
             let new = cuts.append(stroke, &edge(3.0)).expect("an edge");
             let ends = Some([edge(-3.0), edge(3.0)]);
@@ -193,11 +192,8 @@ mod tests {
             assert_eq!(touched, [0, 1], "both rows changed");
             let counts = (factors.severed_count(), factors.crossed_count());
             assert_eq!(counts, (1, 1), "{factors:?}");
-            assert_eq!(
-                factors.grid_counts(),
-                Some((lattices, without)),
-                "{factors:?}"
-            );
+            let counts = factors.grid_counts();
+            assert_eq!(counts, Some((lattices, without)), "{factors:?}");
         }
     }
 
@@ -207,20 +203,15 @@ mod tests {
     fn a_node_between_the_cut_and_its_lattice_keeps_its_side() {
         let x = [-0.2, 0.05, 0.25];
         let positions = x.map(|x| DVec3::new(x, 0.0, 0.0));
-        let graph =
-            Graph::new(&positions, &[0, 2, 4, 6], &[1, 2, 0, 2, 0, 1]).expect("three pairs");
+        let rows = [1, 2, 0, 2, 0, 1];
+        let graph = Graph::new(&positions, &[0, 2, 4, 6], &rows).expect("three pairs");
         let edge = |y: f64| {
             let at = |x: f64, z: f64| DVec3::new(x, y, z);
             [at(0.0, -2.0), at(0.12, 0.0), at(0.0, 2.0)]
         };
         let ends = |y: f64| [edge(y)[0], edge(y)[2]];
-        let rule = CutRule::Grid {
-            spacing: None,
-            inflate: None,
-            cells: None,
-        };
         let mut cuts = Cuts::new(&CutSettings::for_spacing(0.2));
-        let mut factors = Factors::new(rule, &graph, vec![0.6; 3], 0.3);
+        let mut factors = Factors::new(grid(None), &graph, vec![0.6; 3], 0.3);
         let stroke = cuts.start(&edge(-3.0)).expect("an edge");
         let new = cuts.append(stroke, &edge(3.0)).expect("an edge");
         let way = (stroke, Some([ends(-3.0), ends(3.0)]));

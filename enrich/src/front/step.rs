@@ -222,17 +222,10 @@ impl Front {
             Some((Met::Sheet, from)) => return Step::Branch { from, to: at },
             None => {}
         }
+        let is_inner = |point| around.cuts.nearest_free_edge(point, 1e-6 * h).is_none();
         match around.cuts.nearest(at, 1.5 * h) {
             // Beside the sheet it is in the gap; beyond the sheet's edge it is not.
-            Some(sheet)
-                if sheet.distance <= NEAR * h
-                    && around
-                        .cuts
-                        .nearest_free_edge(sheet.point, 1e-6 * h)
-                        .is_none() =>
-            {
-                Step::None
-            }
+            Some(sheet) if sheet.distance <= NEAR * h && is_inner(sheet.point) => Step::None,
             Some(sheet) => {
                 let back = (sheet.point - at).normalize_or_zero();
                 Step::Branch {
@@ -268,16 +261,11 @@ impl Front {
                 continue;
             }
             let straight = |anchor: &Anchor, to: DVec3| {
-                (to - anchor.at)
-                    .normalize_or(anchor.ahead)
-                    .dot(anchor.ahead)
+                let way = (to - anchor.at).normalize_or(anchor.ahead);
+                way.dot(anchor.ahead)
             };
-            let refused = if straight(a, to_a) < straight(b, to_b) {
-                k
-            } else {
-                k + 1
-            };
-            steps[refused] = Step::Stay;
+            let first = straight(a, to_a) < straight(b, to_b);
+            steps[if first { k } else { k + 1 }] = Step::Stay;
         }
     }
 }

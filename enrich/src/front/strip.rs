@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::step::{Met, Step, Surroundings};
-use super::{Anchor, EdgePlace, Front, LOOK, OVERSHOOT, Patch, SKIN};
+use super::{Anchor, EdgePlace, Front, LOOK, OVERSHOOT, Patch, SKIN, Sample};
 use crate::cuts::Cuts;
 use crate::error::CutError;
 use crate::index32;
@@ -18,6 +18,12 @@ struct Vertex {
     place: f64,
     at: DVec3,
     sample: Option<usize>,
+}
+
+impl Vertex {
+    fn new(place: f64, at: DVec3, sample: Option<usize>) -> Self {
+        Self { place, at, sample }
+    }
 }
 
 impl Front {
@@ -138,56 +144,28 @@ impl Front {
         places: &[EdgePlace],
         around: &Surroundings<'_>,
     ) -> Vec<Vertex> {
-        let mut front: Vec<Vertex> = (first..=last)
-            .filter_map(|k| {
-                let [_, at] = steps[k].ends(self.samples[k].anchor.as_ref())?;
-                Some(Vertex {
-                    place: place_along(k),
-                    at,
-                    sample: Some(k),
-                })
-            })
-            .collect();
+        let vertex = |k: usize| {
+            let [_, at] = steps[k].ends(self.samples[k].anchor.as_ref())?;
+            Some(Vertex::new(place_along(k), at, Some(k)))
+        };
+        let mut front: Vec<Vertex> = (first..=last).filter_map(vertex).collect();
         let (Some(low), Some(high)) = (front.first(), front.last()) else {
             return front;
         };
         let other = |k: usize| front.get(k).map(|vertex| vertex.at);
         let beside = |k: Option<usize>| k.and_then(|k| places.get(k)).copied();
-        let left = {
-            let inner = other(1).map(|inner| low.at - inner);
-            self.end(
-                first,
-                low.at,
-                steps[first],
-                inner,
-                beside(first.checked_sub(1)),
-                true,
-                around,
-            )
+        let end = |k: usize, at, inner: Option<DVec3>, next, below| {
+            let outward = inner.map(|inner| at - inner);
+            self.end(k, at, steps[k], outward, beside(next), below, around)
         };
-        let right = {
-            let inner = front.len().checked_sub(2).and_then(other);
-            let inner = inner.map(|inner| high.at - inner);
-            self.end(
-                last,
-                high.at,
-                steps[last],
-                inner,
-                beside(Some(last + 1)),
-                false,
-                around,
-            )
-        };
-        let vertex = |at: DVec3, place: f64| Vertex {
-            place,
-            at,
-            sample: None,
-        };
+        let left = end(first, low.at, other(1), first.checked_sub(1), true);
+        let inner = front.len().checked_sub(2).and_then(other);
+        let right = end(last, high.at, inner, Some(last + 1), false);
         if let Some(at) = right {
-            front.push(vertex(at, place_along(last) + 0.5));
+            front.push(Vertex::new(place_along(last) + 0.5, at, None));
         }
         if let Some(at) = left {
-            front.insert(0, vertex(at, place_along(first) - 0.5));
+            front.insert(0, Vertex::new(place_along(first) - 0.5, at, None));
         }
         front
     }
@@ -219,25 +197,22 @@ impl Front {
         let old_way = anchor.and_then(|anchor| old.map(|old| old - anchor.at));
         let straight = outward.or(old_way).unwrap_or(DVec3::ZERO);
         let way = straight.normalize_or_zero();
+        let sheet = |met: Option<(Met, DVec3)>| met.filter(|(met, _)| *met == Met::Sheet);
         let met = match beside {
             Some(EdgePlace::Outside { at: next }) => {
                 let reach = at.distance(next);
                 around.beyond(at, (next - at).normalize_or_zero(), reach, h)
             }
             Some(EdgePlace::Air) => around.beyond(at, way, 1.5 * straight.length().max(h), h),
-            Some(EdgePlace::Gap) => around
-                .beyond(at, way, straight.length().max(LOOK * h), h)
-                .filter(|(met, _)| *met == Met::Sheet),
+            Some(EdgePlace::Gap) => {
+                sheet(around.beyond(at, way, straight.length().max(LOOK * h), h))
+            }
             // The next sample may lie in an older sheet, where no front begins.
             Some(EdgePlace::Inside { at: next, .. }) => {
                 around.beyond(at, way, SKIN * h, h).or_else(|| {
-                    let (way, reach) = (
-                        next - at,
-                        (at.distance(next) + 2.0 * SKIN * h).min(WIDEST * h),
-                    );
-                    around
-                        .beyond(at, way.normalize_or_zero(), reach, h)
-                        .filter(|(met, _)| *met == Met::Sheet)
+                    let way = (next - at).normalize_or_zero();
+                    let reach = (at.distance(next) + 2.0 * SKIN * h).min(WIDEST * h);
+                    sheet(around.beyond(at, way, reach, h))
                 })
             }
             None => around.beyond(at, way, SKIN * h, h),
@@ -265,14 +240,11 @@ impl Front {
 
     /// Takes new fronts over.
     fn settle(&mut self, steps: &[Step], fronts: &[Vec<Vertex>]) {
-        let before: Vec<Option<Anchor>> = self
-            .samples
-            .iter_mut()
-            .map(|sample| {
-                sample.joined = false;
-                sample.anchor.take()
-            })
-            .collect();
+        let leave = |sample: &mut Sample| {
+            sample.joined = false;
+            sample.anchor.take()
+        };
+        let before: Vec<Option<Anchor>> = self.samples.iter_mut().map(leave).collect();
         for front in fronts {
             for (n, vertex) in front.iter().enumerate() {
                 let Some(k) = vertex.sample else { continue };
@@ -331,16 +303,16 @@ fn carry_back_ends(old: &mut Vec<Vertex>, new: &[Vertex], steps: &[Step]) {
         let at = from + (end.at - to);
         (from != to).then_some(Vertex { at, ..*end })
     };
+    let is =
+        |inner: &Vertex, end: Option<&Vertex>| end.is_some_and(|end| end.sample == inner.sample);
     if let [end, inner, ..] = new
-        && old
-            .first()
-            .is_some_and(|first| first.sample == inner.sample)
+        && is(inner, old.first())
         && let Some(vertex) = parallel(end, inner)
     {
         old.insert(0, vertex);
     }
     if let [.., inner, end] = new
-        && old.last().is_some_and(|last| last.sample == inner.sample)
+        && is(inner, old.last())
         && let Some(vertex) = parallel(end, inner)
     {
         old.push(vertex);

@@ -50,20 +50,16 @@ pub fn grid_pair_factors<'a>(
     support_radius: &[f64],
     form: GridForm,
 ) -> Vec<f64> {
-    assert_eq!(
-        support_radius.len(),
-        graph.positions.len(),
-        "one support radius per node"
-    );
+    let n = graph.positions.len();
+    assert_eq!(support_radius.len(), n, "one support radius per node");
     let mut factors = vec![1.0; graph.indices.len()];
     for grid in grids {
-        let values: Vec<Option<Enrichment>> = graph
-            .positions
-            .iter()
-            .zip(support_radius)
-            .map(|(&p, &radius)| grid.on_its_side(p).filter(|e| e.distance < radius))
-            .collect();
-        for i in 0..graph.positions.len() {
+        let value = |i: usize| {
+            let found = grid.on_its_side(graph.positions[i]);
+            found.filter(|e| e.distance < support_radius[i])
+        };
+        let values: Vec<Option<Enrichment>> = (0..n).map(value).collect();
+        for i in 0..n {
             let Some(at_i) = values[i] else { continue };
             for pair in graph.pairs(i) {
                 if let Some(at_j) = values[graph.indices[pair] as usize] {

@@ -98,10 +98,9 @@ const BESIDE: f64 = 1e-12;
 
 impl Frame {
     pub(super) fn new(blades: &[[DVec3; 2]]) -> Result<Self, GridError> {
-        if blades.len() < 2 {
-            return Err(GridError::TooFewPoints {
-                found: blades.len(),
-            });
+        let found = blades.len();
+        if found < 2 {
+            return Err(GridError::TooFewPoints { found });
         }
         if let Some(point) = blades.iter().flatten().position(|p| !p.is_finite()) {
             return Err(GridError::NotFinite { point: point / 2 });
@@ -124,22 +123,16 @@ impl Frame {
             normals.push(area / size);
         }
         let (origin, mean) = (origin / total, mean / total);
-        if mean.length() < SMALLEST_MEAN {
-            return Err(GridError::NoCommonFrame {
-                length: mean.length(),
-            });
+        let length = mean.length();
+        if length < SMALLEST_MEAN {
+            return Err(GridError::NoCommonFrame { length });
         }
         let normal = mean.normalize();
         let project = |p: DVec3| p - normal.dot(p - origin) * normal;
-        let triangles: Vec<_> = corners
-            .iter()
-            .zip(&normals)
-            .map(|(&c, &n)| (c, c.map(project), n))
-            .collect();
-        let separators = blades
-            .iter()
-            .map(|&[p, q]| (project(p), normal.cross(project(q) - project(p))))
-            .collect();
+        let triangles = corners.into_iter().zip(normals);
+        let triangles = triangles.map(|(c, n)| (c, c.map(project), n)).collect();
+        let separator = |&[p, q]: &[DVec3; 2]| (project(p), normal.cross(project(q) - project(p)));
+        let separators = blades.iter().map(separator).collect();
         let bounds = Bounds::of(blades.as_flattened());
         let frame = Self {
             blades: blades.to_vec(),
@@ -207,29 +200,22 @@ impl Frame {
         for (k, &[p, q, r]) in triangles.iter().enumerate() {
             if (q - p).perp_dot(r - p) <= 1e-12 * size * size {
                 // Seen from behind or on edge: it covers its neighbour.
-                return Err(GridError::OverlappingProjection {
-                    first: (k / 2).saturating_sub(1),
-                    second: k / 2,
-                });
+                let (first, second) = ((k / 2).saturating_sub(1), k / 2);
+                return Err(GridError::OverlappingProjection { first, second });
             }
-            for (m, other) in triangles.iter().enumerate().take(k) {
-                if triangles_overlap([p, q, r], *other) {
-                    return Err(GridError::OverlappingProjection {
-                        first: m / 2,
-                        second: k / 2,
-                    });
-                }
+            let mut before = triangles[..k].iter();
+            if let Some(m) = before.position(|other| triangles_overlap([p, q, r], *other)) {
+                let (first, second) = (m / 2, k / 2);
+                return Err(GridError::OverlappingProjection { first, second });
             }
         }
         for piece in 0..self.blades.len() - 1 {
             let corners = &self.triangles[2 * piece..2 * piece + 2];
             let middle = corners.iter().flat_map(|(_, t, _)| *t).sum::<DVec3>() / 6.0;
-            let region = self.region(middle);
-            if region != piece {
-                return Err(GridError::AmbiguousRegion {
-                    piece,
-                    region: crate::index32(region),
-                });
+            let found = self.region(middle);
+            if found != piece {
+                let region = crate::index32(found);
+                return Err(GridError::AmbiguousRegion { piece, region });
             }
         }
         Ok(())
