@@ -14,14 +14,13 @@ use crate::kernel::inactive::{Asleep, Inactive};
 use crate::kernel::nodes::{Model, Scratch, State};
 use crate::kernel::pairs::Pairs;
 use crate::kernel::prestrain::Prestrain;
-use crate::kernel::row;
 use crate::kernel::stale::Stale;
-use crate::kernel::storage::CHUNK;
-use crate::kernel::storage::{copy_gradients, parallel};
-use crate::kernel::tangent;
+use crate::kernel::storage::{CHUNK, copy_gradients, parallel};
 use crate::kernel::worst::Watch;
+use crate::kernel::{row, tangent};
 use crate::law::coefficients::Coefficients;
 use crate::law::material::{Law, Material};
+use crate::law::tensor::cofactor;
 use crate::law::viscosity::Viscosity;
 
 /// Elastic body: forces as the exact negative gradient of its energy.
@@ -154,10 +153,8 @@ impl Elastic {
             }
         }
         let materials = checked_materials(materials, node_count)?;
-        let (controlled, mean) = (
-            settings.stabilization > 0.0,
-            settings.dilatation == Dilatation::Mean,
-        );
+        let controlled = settings.stabilization > 0.0;
+        let mean = settings.dilatation == Dilatation::Mean;
         let pairs = Pairs::new(stencils, controlled || mean, controlled)?;
         let mut model = Model::new(settings, pairs, rest, volumes, materials);
         let mut changes = [Vec::new(), Vec::new()];
@@ -274,12 +271,9 @@ impl Elastic {
         let (_, stress) = model.energy_and_stress(viscosity, node, f);
         match (&model.means, &self.state.pressures) {
             (Some(means), Some(pressures)) => {
-                let pressure = means.pressure(
-                    &model.pairs,
-                    (node, model.volumes[node]),
-                    &pressures.pressures,
-                );
-                stress + crate::law::tensor::cofactor(f) * (pressure / model.volumes[node])
+                let volume = model.volumes[node];
+                let pressure = means.pressure(&model.pairs, (node, volume), &pressures.pressures);
+                stress + cofactor(f) * (pressure / volume)
             }
             _ => stress,
         }
@@ -444,9 +438,8 @@ impl Elastic {
     pub fn begin_viscous_step(&mut self, time_step: f64) {
         let model = &self.model;
         if let Some(viscosity) = &mut self.state.viscosity {
-            viscosity.begin_step(time_step, &model.materials, |node| {
-                model.material_index(node)
-            });
+            let material_of = |node| model.material_index(node);
+            viscosity.begin_step(time_step, &model.materials, material_of);
         }
     }
 
@@ -493,11 +486,8 @@ fn means_of(model: &mut Model) -> Result<Means, ElasticError> {
     if let Some(material) = model.materials.iter().position(green) {
         return Err(ElasticError::NoVolumetricPart { material });
     }
-    let laws = model
-        .coefficients
-        .iter_mut()
-        .map(Coefficients::split_volumetric);
-    let laws = laws.collect();
+    let laws = model.coefficients.iter_mut();
+    let laws = laws.map(Coefficients::split_volumetric).collect();
     Ok(Means::new(laws, &model.volumes, &model.pairs))
 }
 

@@ -34,15 +34,12 @@ impl Elastic {
     /// If `masses` is neither empty nor one per node.
     pub fn watch_stiffness(&mut self, masses: &[f64]) {
         let n = self.node_count();
-        assert!(
-            masses.is_empty() || masses.len() == n,
-            "one mass per node, or none"
-        );
+        let fit = masses.is_empty() || masses.len() == n;
+        assert!(fit, "one mass per node, or none");
         self.scratch.stale = Stale::everything();
         self.model.inverse_masses = masses.iter().map(|m| m.recip()).collect();
         self.model.gradient_squares = vec![0.0; masses.len()];
-        let all: Vec<usize> = (0..masses.len()).collect();
-        self.refresh_squares(all.into_iter());
+        self.refresh_squares(0..masses.len());
     }
 
     pub(crate) fn refresh_squares(&mut self, nodes: impl Iterator<Item = usize>) {
@@ -94,10 +91,8 @@ impl Elastic {
         let runs = self.stiffness_indicators().enumerate();
         let runs = runs.filter(|(_, stiffness)| *stiffness >= least);
         let n = self.node_count();
-        let found = self.stiffest_nodes_of(
-            count,
-            runs.flat_map(|(run, _)| run * WATCHED_NODES..n.min((run + 1) * WATCHED_NODES)),
-        );
+        let nodes = |run: usize| run * WATCHED_NODES..n.min((run + 1) * WATCHED_NODES);
+        let found = self.stiffest_nodes_of(count, runs.flat_map(|(run, _)| nodes(run)));
         // Rows that changed since may have taken from what was seen.
         if found.last().is_some_and(|last| last.indicator >= least) {
             return found;
@@ -127,15 +122,12 @@ impl Elastic {
             model.elastic_volumes[node] * bound * square * gain
         };
         let mut nodes: Vec<(f64, usize)> = nodes.into_iter().map(|node| (0.0, node)).collect();
-        share_out(
-            parallel(nodes.len()),
-            nodes.chunks_mut(CHUNK),
-            |_, nodes| {
-                for (value, node) in nodes {
-                    *value = indicator(*node);
-                }
-            },
-        );
+        let set = |_, nodes: &mut [(f64, usize)]| {
+            for (value, node) in nodes {
+                *value = indicator(*node);
+            }
+        };
+        share_out(parallel(nodes.len()), nodes.chunks_mut(CHUNK), set);
         let order = |a: &(f64, usize), b: &(f64, usize)| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1));
         let count = count.min(nodes.len());
         if count < nodes.len() && count > 0 {

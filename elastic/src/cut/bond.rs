@@ -14,7 +14,7 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::kernel::storage::{Planes, gradient, set_gradient};
+use crate::kernel::storage::{Planes, bytes_of, gradient, set_gradient};
 use crate::kernel::subset::place_among;
 use crate::law::tensor::outer;
 
@@ -151,8 +151,7 @@ impl Bonds {
     pub(crate) fn evaluate(&mut self, positions: &[DVec3]) -> f64 {
         let mut energy = 0.0;
         for bond in &mut self.list {
-            let (i, j) = (bond.node as usize, bond.other as usize);
-            bond.set_x(positions[j] - positions[i]);
+            bond.set_x(positions[bond.other as usize] - positions[bond.node as usize]);
             bond.pull = bond.x * (bond.tension() / bond.length);
             energy += bond.energy();
         }
@@ -272,10 +271,8 @@ impl Bonds {
 
     pub(crate) fn bytes(&self) -> usize {
         let hosts = self.hosts.iter().map(|(_, hosts)| size_of_val(&**hosts));
-        self.list.capacity() * size_of::<Bond>()
-            + self.nodes.capacity() * size_of::<u32>()
-            + self.hosts.capacity() * size_of::<(u32, Vec<u32>)>()
-            + hosts.sum::<usize>()
+        let lists = bytes_of(&self.list) + bytes_of(&self.nodes) + bytes_of(&self.hosts);
+        lists + hosts.sum::<usize>()
     }
 }
 

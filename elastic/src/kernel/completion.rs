@@ -49,21 +49,19 @@ impl Span {
         match self.rank {
             0 => DMat3::IDENTITY,
             1 => {
-                let along = unit_or(fx * self.frame.x_axis, self.frame.x_axis);
+                let along = (fx * self.frame.x_axis).normalize_or(self.frame.x_axis);
                 let (b2, b3) = along.any_orthonormal_pair();
                 fx + outer(b2, self.frame.y_axis) + outer(b3, self.frame.z_axis)
             }
             _ => {
                 let (t1, t2) = (fx * self.frame.x_axis, fx * self.frame.y_axis);
-                let longer = if t1.length_squared() >= t2.length_squared() {
-                    t1
-                } else {
-                    t2
-                };
-                let fallback = unit_or(longer, self.frame.x_axis).any_orthonormal_vector();
+                let first = t1.length_squared() >= t2.length_squared();
+                let longer = if first { t1 } else { t2 };
+                let fallback = longer.normalize_or(self.frame.x_axis);
+                let fallback = fallback.any_orthonormal_vector();
                 let cross = t1.cross(t2);
                 let normal = if cross.length() > DEGENERATE * longer.length_squared() {
-                    unit_or(cross, fallback)
+                    cross.normalize_or(fallback)
                 } else {
                     fallback
                 };
@@ -210,13 +208,8 @@ pub(crate) fn condition(m: DMat3) -> f64 {
 
 /// Largest absolute entry.
 fn largest(m: DMat3) -> f64 {
-    m.to_cols_array()
-        .iter()
-        .fold(0.0, |most: f64, value| most.max(value.abs()))
-}
-
-fn unit_or(v: DVec3, fallback: DVec3) -> DVec3 {
-    v.try_normalize().unwrap_or(fallback)
+    let values = m.to_cols_array();
+    values.iter().fold(0.0, |most: f64, v| most.max(v.abs()))
 }
 
 /// Eigenvalues and orthonormal eigenvectors of a symmetric matrix by cyclic Jacobi rotations.
@@ -253,12 +246,5 @@ pub(crate) fn symmetric_eigen(m: DMat3) -> ([f64; 3], [DVec3; 3]) {
             }
         }
     }
-    (
-        [a[0][0], a[1][1], a[2][2]],
-        [
-            DVec3::from_array(v[0]),
-            DVec3::from_array(v[1]),
-            DVec3::from_array(v[2]),
-        ],
-    )
+    ([a[0][0], a[1][1], a[2][2]], v.map(DVec3::from_array))
 }

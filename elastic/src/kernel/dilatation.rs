@@ -11,6 +11,7 @@
 //! 2.2 and 5.3 % too stiff, against 7.4 and 9.5 % without; three quarters of it leaves 3.6 %).
 
 use crate::kernel::pairs::Pairs;
+use crate::kernel::storage::bytes_of;
 use crate::law::coefficients::Volumetric;
 
 /// What is constant between cuts.
@@ -46,8 +47,7 @@ impl Pressures {
     }
 
     pub(crate) fn bytes(&self) -> usize {
-        let numbers = self.ratios.capacity() + self.means.capacity() + self.pressures.capacity();
-        numbers * size_of::<f64>()
+        bytes_of(&self.ratios) + bytes_of(&self.means) + bytes_of(&self.pressures)
     }
 }
 
@@ -55,17 +55,13 @@ impl Means {
     pub(crate) fn new(laws: Vec<Volumetric>, volumes: &[f64], pairs: &Pairs) -> Self {
         let share = |(node, volume): (usize, &f64)| {
             let count = pairs.row(node).len().max(1);
-            #[allow(
-                clippy::cast_precision_loss,
-                reason = "a node has far fewer than 2^52 neighbours"
-            )]
+            #[allow(clippy::cast_precision_loss, reason = "a node has few neighbours")]
             let count = count as f64;
             volume / count
         };
-        let uncut = if pairs.is_symmetric() {
-            pairs.weights().collect()
-        } else {
-            Vec::new()
+        let uncut = match pairs.is_symmetric() {
+            true => pairs.weights().collect(),
+            false => Vec::new(),
         };
         Self {
             laws,
@@ -110,8 +106,6 @@ impl Means {
     }
 
     pub(crate) fn bytes(&self) -> usize {
-        self.shares.capacity() * size_of::<f64>()
-            + self.uncut.capacity() * size_of::<f32>()
-            + self.laws.capacity() * size_of::<Volumetric>()
+        bytes_of(&self.shares) + bytes_of(&self.uncut) + bytes_of(&self.laws)
     }
 }

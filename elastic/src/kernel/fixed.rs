@@ -5,7 +5,7 @@ use glam::{DMat3, DVec3};
 use crate::input::{Frame, Stencils};
 use crate::kernel::gather::{ONE, Record};
 use crate::kernel::pairs::{Pair, Pairs};
-use crate::kernel::storage::{BLOCK, Plane, Planes, Sixteen, at, gradient};
+use crate::kernel::storage::{BLOCK, Plane, Planes, Sixteen, at, bytes_of, gradient};
 use crate::law::tensor::outer;
 
 /// Constants of all nodes, and what the last evaluation left. What a body does not use is empty.
@@ -51,6 +51,21 @@ impl<const L: usize> Read<L> {
         let anchor = &mut self.anchors[node / BLOCK].0[node % BLOCK];
         anchor[ONE] = 1.0;
         place.write_to_slice(&mut anchor[lane..]);
+    }
+
+    fn table<'a>(
+        &'a mut self,
+        constants: &'a Constants,
+        deformation: &'a mut [Planes],
+    ) -> Table<'a, L> {
+        Table {
+            fixed: Fixed {
+                anchors: &self.anchors,
+                constants,
+            },
+            deformation,
+            records: &mut self.records,
+        }
     }
 
     fn bytes(&self) -> usize {
@@ -211,22 +226,8 @@ impl Tables {
     pub(crate) fn split(&mut self) -> Either<'_> {
         let (constants, deformation) = (&self.constants, &mut self.deformation[..]);
         match &mut self.lanes {
-            Lanes::Plain(read) => Either::Plain(Table {
-                fixed: Fixed {
-                    anchors: &read.anchors,
-                    constants,
-                },
-                deformation,
-                records: &mut read.records,
-            }),
-            Lanes::Corrected(read) => Either::Corrected(Table {
-                fixed: Fixed {
-                    anchors: &read.anchors,
-                    constants,
-                },
-                deformation,
-                records: &mut read.records,
-            }),
+            Lanes::Plain(read) => Either::Plain(read.table(constants, deformation)),
+            Lanes::Corrected(read) => Either::Corrected(read.table(constants, deformation)),
         }
     }
 
@@ -336,7 +337,6 @@ impl Tables {
         })
     }
 
-    /// Heap bytes held.
     pub(crate) fn bytes(&self) -> usize {
         let constants = &self.constants;
         let read = match &self.lanes {
@@ -437,8 +437,4 @@ fn middle(points: &[DVec3]) -> DVec3 {
     let grow = |(low, high): (DVec3, DVec3), x: &DVec3| (low.min(*x), high.max(*x));
     let (low, high) = points.iter().fold((first, first), grow);
     (low + high) * 0.5
-}
-
-fn bytes_of<T>(v: &Vec<T>) -> usize {
-    v.capacity() * size_of::<T>()
 }

@@ -12,12 +12,10 @@ use crate::kernel::nodes::{Model, Scratch, State};
 use crate::kernel::planes::ZERO;
 use crate::kernel::prestrain::Prestrain;
 use crate::kernel::stale::Stale;
-use crate::kernel::storage::Move;
-use crate::kernel::storage::Planes;
-use crate::kernel::storage::{BLOCK, Sixteen, at};
-use crate::kernel::storage::{CHUNK, both, chunks, moved, parallel, set_moves, share_out};
-use crate::kernel::watch::Watching;
-use crate::kernel::watch::watch_node;
+use crate::kernel::storage::{
+    BLOCK, CHUNK, Move, Planes, Sixteen, at, both, chunks, moved, parallel, set_moves, share_out,
+};
+use crate::kernel::watch::{Watching, watch_node};
 use crate::kernel::worst::Watch;
 use crate::law::arithmetic::Arithmetic;
 use crate::law::tensor::double_dot;

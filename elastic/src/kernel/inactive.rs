@@ -3,8 +3,7 @@
 use std::ops::Range;
 
 use crate::kernel::pairs::{Pair, Pairs};
-use crate::kernel::storage::BLOCK;
-use crate::kernel::storage::CHUNK;
+use crate::kernel::storage::{BLOCK, CHUNK, bytes_of};
 use crate::kernel::worst::Watch;
 
 /// What is left to compute for each node; empty where nothing is held.
@@ -33,10 +32,8 @@ impl Inactive {
         }
         // Twice inwards from what moves: once along rows, once against them.
         let inner = |seen: &[Rest], node: usize, others: &[Pair]| {
-            let all = others
-                .iter()
-                .all(|pair| seen[pair.to as usize] > Rest::Moving);
-            seen[node] > Rest::Moving && all
+            let is_still = |node: usize| seen[node] > Rest::Moving;
+            is_still(node) && others.iter().all(|pair| is_still(pair.to as usize))
         };
         let unstrained: Vec<Rest> = (0..node_count)
             .map(|node| match inner(&still, node, pairs.row(node)) {
@@ -71,9 +68,8 @@ impl Inactive {
         self.0.get(node).is_some_and(|rest| *rest == Rest::Unloaded)
     }
 
-    /// Heap bytes held.
     pub(crate) fn bytes(&self) -> usize {
-        self.0.capacity() * size_of::<Rest>()
+        bytes_of(&self.0)
     }
 }
 

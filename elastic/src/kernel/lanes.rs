@@ -407,10 +407,7 @@ impl<const L: usize> Block<L> {
 
     /// Takes one of them.
     pub(crate) fn set_matrix_at(&mut self, lane: usize, f: DMat3) {
-        let f = f.transpose().to_cols_array();
-        for k in 0..9 {
-            self.at[k][lane] = f[k];
-        }
+        set_lane(&mut self.at, lane, f);
     }
 
     /// Replaces a lane's deformation gradient (or its change) and stress.
@@ -421,28 +418,26 @@ impl<const L: usize> Block<L> {
 
     /// Replaces a lane's deformation gradient, or its change.
     pub(crate) fn set_deformation(&mut self, lane: usize, f: DMat3) {
-        let f = f.transpose().to_cols_array();
-        for k in 0..9 {
-            self.deformation[k][lane] = f[k];
-        }
+        set_lane(&mut self.deformation, lane, f);
     }
 
     /// Replaces a lane's stress, or its change.
     pub(crate) fn set_stress(&mut self, lane: usize, stress: DMat3) {
-        let stress = stress.transpose().to_cols_array();
-        for k in 0..9 {
-            self.stress[k][lane] = stress[k];
-        }
+        set_lane(&mut self.stress, lane, stress);
     }
 
     /// What a node's own row gives itself.
     #[inline(always)]
     pub(crate) fn own_force(&self, lane: usize) -> [f64; 3] {
-        [
-            self.force[0][lane],
-            self.force[1][lane],
-            self.force[2][lane],
-        ]
+        let [x, y, z] = &self.force;
+        [x[lane], y[lane], z[lane]]
+    }
+}
+
+/// Replaces the matrix of a lane.
+fn set_lane(planes: &mut Planes, lane: usize, m: DMat3) {
+    for (plane, value) in planes.iter_mut().zip(m.transpose().to_cols_array()) {
+        plane[lane] = value;
     }
 }
 

@@ -11,10 +11,9 @@ use crate::kernel::gather::{Record, choose_arithmetic};
 use crate::kernel::lanes::Block;
 use crate::kernel::nodes::{Model, Scratch, State};
 use crate::kernel::prestrain::Prestrain;
-use crate::kernel::storage::Move;
-use crate::kernel::storage::{BLOCK, Sixteen};
-use crate::kernel::storage::{CHUNK, chunks, parallel, share_out};
-use crate::kernel::storage::{gradient, set_gradient};
+use crate::kernel::storage::{
+    BLOCK, CHUNK, Move, Sixteen, chunks, gradient, parallel, set_gradient, share_out,
+};
 use crate::kernel::watch::watch_node;
 use crate::kernel::worst::Watch;
 use crate::law::arithmetic::Arithmetic;

@@ -11,7 +11,7 @@ use crate::kernel::inactive::{Asleep, Inactive};
 use crate::kernel::pairs::Pairs;
 use crate::kernel::prestrain::Prestrain;
 use crate::kernel::stale::Stale;
-use crate::kernel::storage::Move;
+use crate::kernel::storage::{Move, bytes_of};
 use crate::kernel::worst::Watch;
 use crate::law::coefficients::Coefficients;
 use crate::law::material::Material;
@@ -136,17 +136,16 @@ impl Model {
 
     #[cold]
     fn find_span(&self, node: usize) -> Option<&Span> {
-        let found = self
-            .spans
-            .binary_search_by(|(at, _)| (*at as usize).cmp(&node));
-        found.ok().map(|k| &self.spans[k].1)
+        self.place_of_span(node).ok().map(|k| &self.spans[k].1)
+    }
+
+    fn place_of_span(&self, node: usize) -> Result<usize, usize> {
+        self.spans
+            .binary_search_by_key(&node, |(at, _)| *at as usize)
     }
 
     pub(crate) fn set_span(&mut self, node: usize, span: Option<&Span>) {
-        let at = self
-            .spans
-            .binary_search_by(|(other, _)| (*other as usize).cmp(&node));
-        match (span, at) {
+        match (span, self.place_of_span(node)) {
             (Some(span), Ok(at)) => self.spans[at].1 = *span,
             (Some(span), Err(at)) => {
                 let id = u32::try_from(node).unwrap_or(u32::MAX);
@@ -252,21 +251,20 @@ impl Model {
 
     /// Heap bytes that only bodies hold whose stiffness is monitored.
     pub(crate) fn watch_bytes(&self) -> usize {
-        of(&self.inverse_masses) + of(&self.gradient_squares)
+        bytes_of(&self.inverse_masses) + bytes_of(&self.gradient_squares)
     }
 
-    /// Heap bytes held.
     pub(crate) fn bytes(&self) -> usize {
-        of(&self.rest)
-            + of(&self.volumes)
-            + of(&self.elastic_volumes)
-            + of(&self.materials)
-            + of(&self.coefficients)
-            + of(&self.material_of)
-            + of(&self.control_scales)
+        bytes_of(&self.rest)
+            + bytes_of(&self.volumes)
+            + bytes_of(&self.elastic_volumes)
+            + bytes_of(&self.materials)
+            + bytes_of(&self.coefficients)
+            + bytes_of(&self.material_of)
+            + bytes_of(&self.control_scales)
             + self.watch_bytes()
-            + of(&self.spans)
-            + of(&self.ranks)
+            + bytes_of(&self.spans)
+            + bytes_of(&self.ranks)
             + self.pairs.bytes()
             + self.inactive.bytes()
             + self.means.as_ref().map_or(0, Means::bytes)
@@ -274,27 +272,21 @@ impl Model {
 }
 
 impl State {
-    /// Heap bytes held.
     pub(crate) fn bytes(&self) -> usize {
         self.viscosity.as_ref().map_or(0, Viscosity::bytes)
             + self.pressures.as_ref().map_or(0, Pressures::bytes)
             + self.prestrain.bytes()
-            + of(&self.watches)
+            + bytes_of(&self.watches)
     }
 }
 
 impl Scratch {
-    /// Heap bytes held.
     pub(crate) fn bytes(&self) -> usize {
-        of(&self.moves)
-            + of(&self.partial)
-            + of(&self.changes[0])
-            + of(&self.changes[1])
-            + of(&self.asleep)
+        bytes_of(&self.moves)
+            + bytes_of(&self.partial)
+            + bytes_of(&self.changes[0])
+            + bytes_of(&self.changes[1])
+            + bytes_of(&self.asleep)
             + self.stale.bytes()
     }
-}
-
-fn of<T>(v: &Vec<T>) -> usize {
-    v.capacity() * size_of::<T>()
 }

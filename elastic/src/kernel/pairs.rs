@@ -2,6 +2,7 @@
 
 use crate::error::ElasticError;
 use crate::input::Stencils;
+use crate::kernel::storage::bytes_of;
 
 /// A neighbour and the weight of its pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,7 +58,7 @@ impl Rows {
     }
 
     fn bytes(&self) -> usize {
-        self.offsets.capacity() * size_of::<u32>() + self.pairs.capacity() * size_of::<Pair>()
+        bytes_of(&self.offsets) + bytes_of(&self.pairs)
     }
 }
 
@@ -80,15 +81,14 @@ impl Pairs {
                 stored_weight(stencils, node, p)?;
             }
         }
+        let pair = |(&to, &weight): (&u32, &f64)| {
+            let weight = rounded(weight);
+            Pair { to, weight }
+        };
         let ends = stencils.indices.iter().zip(stencils.weights);
         let outgoing = Rows {
             offsets: stencils.offsets.to_vec(),
-            pairs: ends
-                .map(|(&to, &weight)| Pair {
-                    to,
-                    weight: rounded(weight),
-                })
-                .collect(),
+            pairs: ends.map(pair).collect(),
         };
         let turned = transpose(&outgoing);
         let incoming = if turned.pairs == outgoing.pairs && turned.offsets == outgoing.offsets {
@@ -178,7 +178,6 @@ impl Pairs {
         Ok(())
     }
 
-    /// Heap bytes held.
     pub(crate) fn bytes(&self) -> usize {
         self.outgoing.bytes() + self.incoming.as_ref().map_or(0, Rows::bytes)
     }

@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use glam::DMat3;
 
+use crate::kernel::storage::bytes_of;
 use crate::law::tensor::double_dot;
 
 /// Offsets of a body; empty before the first.
@@ -78,11 +79,8 @@ impl Prestrain {
     pub(crate) fn gain(&self, node: usize) -> f64 {
         self.factor(node).map_or(1.0, |factor| {
             let sum = |m: DMat3| {
-                let columns = [m.x_axis, m.y_axis, m.z_axis];
-                columns
-                    .map(|c| c.abs().element_sum())
-                    .into_iter()
-                    .fold(0.0, f64::max)
+                let sums = [m.x_axis, m.y_axis, m.z_axis].map(|c| c.abs().element_sum());
+                sums.into_iter().fold(0.0, f64::max)
             };
             sum(factor) * sum(factor.transpose())
         })
@@ -110,10 +108,10 @@ impl Prestrain {
     }
 
     pub(crate) fn bytes(&self) -> usize {
-        self.of_node.capacity() * size_of::<DMat3>()
-            + self.means.capacity() * size_of::<f64>()
-            + self.nodes.capacity() * size_of::<u32>()
-            + self.decayed.capacity() * size_of::<(u32, Offset)>()
-            + self.pulls.capacity() * size_of::<(u32, Pull)>()
+        bytes_of(&self.of_node)
+            + bytes_of(&self.means)
+            + bytes_of(&self.nodes)
+            + bytes_of(&self.decayed)
+            + bytes_of(&self.pulls)
     }
 }

@@ -3,8 +3,7 @@
 use glam::DVec3;
 
 use crate::kernel::inactive::Asleep;
-use crate::kernel::storage::Move;
-use crate::kernel::storage::{CHUNK, moved};
+use crate::kernel::storage::{CHUNK, Move, bytes_of, moved};
 use crate::kernel::subset::Subset;
 
 /// What is not as the last evaluation of forces left it.
@@ -60,8 +59,7 @@ impl Stale {
     }
 
     pub(crate) fn bytes(&self) -> usize {
-        let nodes = self.nodes.capacity() + self.records.capacity() + self.moves.capacity();
-        nodes * size_of::<u32>()
+        bytes_of(&self.nodes) + bytes_of(&self.records) + bytes_of(&self.moves)
     }
 
     /// Whether what is kept of the last evaluation is one at these positions.

@@ -120,11 +120,8 @@ pub(crate) fn chunks<A: Send, B: Send>(
     (b, b_size): (&mut [B], usize),
     work: impl Fn(usize, &mut [A], &mut [B]) + Sync,
 ) {
-    debug_assert_eq!(
-        a.len().div_ceil(a_size),
-        b.len().div_ceil(b_size),
-        "chunks of the same nodes"
-    );
+    let counts = [a.len().div_ceil(a_size), b.len().div_ceil(b_size)];
+    debug_assert_eq!(counts[0], counts[1], "chunks of the same nodes");
     let both = a.chunks_mut(a_size).zip(b.chunks_mut(b_size));
     share_out(parallel, both, |chunk, (a, b)| work(chunk, a, b));
 }
@@ -137,6 +134,11 @@ pub(crate) fn set_moves(
 ) {
     let set = |chunk, moves: &mut [Move]| fill(chunk * COPY_CHUNK, moves);
     share_out(parallel, moves.chunks_mut(COPY_CHUNK), set);
+}
+
+/// Heap bytes of a list.
+pub(crate) fn bytes_of<T>(list: &Vec<T>) -> usize {
+    list.capacity() * size_of::<T>()
 }
 
 /// Displacement (m) as passes read it.

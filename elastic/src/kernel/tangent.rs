@@ -10,11 +10,9 @@ use crate::kernel::inactive::Asleep;
 use crate::kernel::lanes::{Block, Laws};
 use crate::kernel::mean;
 use crate::kernel::nodes::{Model, Scratch, State};
-use crate::kernel::storage::Move;
-use crate::kernel::storage::Planes;
-use crate::kernel::storage::gradient;
-use crate::kernel::storage::{BLOCK, Sixteen};
-use crate::kernel::storage::{CHUNK, chunks, parallel, set_moves, share_out};
+use crate::kernel::storage::{
+    BLOCK, CHUNK, Move, Planes, Sixteen, chunks, gradient, parallel, set_moves, share_out,
+};
 use crate::kernel::subset::Subset;
 use crate::law::arithmetic::Arithmetic;
 

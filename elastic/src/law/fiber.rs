@@ -18,11 +18,8 @@ const ROUND_OFF: f64 = 1e-12;
 /// `I4 = a·C a` (Holzapfel, Gasser and Ogden 2000; dispersion `kappa` of Gasser, Ogden and
 /// Holzapfel 2006), with `<E>` the positive part.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Fiber {
     /// Direction `a` at rest: of unit length in a force law, of any above zero in settings.

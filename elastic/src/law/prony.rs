@@ -3,11 +3,8 @@
 /// One term of a Prony series: stress beyond that of the long term, `ratio · S`, which fades. `S` is the stress of the law without
 /// what resists a change of volume alone: the bulk stays elastic (Holzapfel 2000, ch. 6.10), but for Saint Venant–Kirchhoff's law, which has no such part.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct PronyTerm {
     /// `beta`, shear stiffness of the term over that of the long term; 0 for no term.

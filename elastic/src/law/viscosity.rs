@@ -172,11 +172,8 @@ impl Viscosity {
     }
 
     pub(crate) fn set_history(&mut self, history: &[[f64; 6]]) {
-        assert_eq!(
-            history.len(),
-            self.history.len(),
-            "history of another model"
-        );
+        let rows = self.history.len();
+        assert_eq!(history.len(), rows, "history of another model");
         self.history.copy_from_slice(history);
     }
 

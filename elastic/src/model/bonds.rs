@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::Elastic;
 use crate::cut::bond::{Bond, LEAST_SHARE, LEAST_SUM, STIFFNESS, begun, kept};
+use crate::kernel::pairs::Pair;
 use crate::kernel::row::refresh_control;
 
 impl Elastic {
@@ -76,30 +77,24 @@ impl Elastic {
         let row = model.pairs.row(node);
         #[allow(clippy::cast_precision_loss, reason = "a node has few neighbours")]
         let count = row.len() as f64;
-        let held = |share: f64| {
-            if share > 0.0 {
-                share.max(LEAST_SHARE)
-            } else {
-                0.0
-            }
+        let held = |share: f64| match share > 0.0 {
+            true => share.max(LEAST_SHARE),
+            false => 0.0,
         };
         let sum: f64 = model.pairs.range(node).map(|at| held(share(at))).sum();
         let whole = STIFFNESS * model.material(node).lame_mu() * model.volumes[node] / count;
         let modulus = whole * (LEAST_SUM / sum).max(1.0);
         let pairs = model.pairs.range(node).zip(row);
-        pairs
-            .filter_map(|(at, pair)| {
-                let (share, other) = (share(at), pair.to);
-                let rest = model.rest[other as usize] - model.rest[node];
-                let rest_squared = rest.length_squared();
-                (share > 0.0).then(|| {
-                    let ends = [u32::try_from(node).unwrap_or(u32::MAX), other];
-                    let stiffness = modulus * held(share) / rest_squared;
-                    let x = positions[other as usize] - positions[node];
-                    Bond::new(ends, stiffness, rest_squared, x)
-                })
-            })
-            .collect()
+        let left = pairs.filter(|(at, _)| share(*at) > 0.0);
+        let bond = |(at, pair): (usize, &Pair)| {
+            let other = pair.to as usize;
+            let ends = [u32::try_from(node).unwrap_or(u32::MAX), pair.to];
+            let rest_squared = (model.rest[other] - model.rest[node]).length_squared();
+            let stiffness = modulus * held(share(at)) / rest_squared;
+            let x = positions[other] - positions[node];
+            Bond::new(ends, stiffness, rest_squared, x)
+        };
+        left.map(bond).collect()
     }
 
     /// Nodes at the ends of bonds, in no order.

@@ -14,11 +14,9 @@ impl Elastic {
     }
 
     fn control_energies(&self, nodes: &[u32], positions: &[DVec3]) -> Vec<f64> {
-        let model = &self.model;
-        let energies = nodes
-            .iter()
-            .map(|&node| energy_of(model, &self.tables, node as usize, positions));
-        energies.collect()
+        let (model, tables) = (&self.model, &self.tables);
+        let energy = |&node: &u32| energy_of(model, tables, node as usize, positions);
+        nodes.iter().map(energy).collect()
     }
 
     /// Brings the scales of the hourglass stabilization of `nodes` towards `scale`, or, if their control holds more than
@@ -53,11 +51,8 @@ impl Elastic {
         // The energy grows in proportion.
         let energies = now.iter().zip(&old);
         let whole: f64 = energies.map(|(now, &old)| now * change(old) / old).sum();
-        let way = if whole.abs() <= left.abs() {
-            1.0
-        } else {
-            left / whole
-        };
+        let enough = whole.abs() <= left.abs();
+        let way = if enough { 1.0 } else { left / whole };
         if way > 0.0 {
             // Round-off may not take it below 1, which states do not know.
             let scales = old.iter().map(|&old| (old + way * change(old)).max(1.0));

@@ -22,10 +22,8 @@ impl Elastic {
         let fronts = &mut self.cut.fronts;
         let mut changed = Vec::new();
         for (&node, &matrix) in nodes.iter().zip(matrices) {
-            assert!(
-                (node as usize) < self.model.node_count(),
-                "node {node} exists"
-            );
+            let exists = (node as usize) < self.model.node_count();
+            assert!(exists, "node {node} exists");
             let front = Front::new(node, matrix);
             match (fronts.find(node), matrix == DMat3::ZERO) {
                 (Ok(at), true) => {

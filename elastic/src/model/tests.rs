@@ -95,6 +95,12 @@ fn turned(turn: DQuat, x: &[DVec3]) -> Vec<DVec3> {
     x.iter().map(|x| turn * *x).collect()
 }
 
+/// Takes the rows of touched nodes over from a block.
+fn update(body: &mut Elastic, touched: &[u32], block: &Block) {
+    let updated = body.update_rows(touched, &stencils(block));
+    updated.expect("rows are valid");
+}
+
 /// Energy and forces at some positions.
 fn evaluated(body: &mut Elastic, x: &[DVec3]) -> (f64, Vec<DVec3>) {
     let mut forces = vec![DVec3::ZERO; x.len()];

@@ -2,8 +2,7 @@
 
 use super::*;
 use crate::kernel::stale::Stale;
-use crate::kernel::storage::BLOCK;
-use crate::kernel::storage::CHUNK;
+use crate::kernel::storage::{BLOCK, CHUNK};
 use crate::law::tensor::double_dot;
 use crate::rows::Rows;
 
@@ -40,7 +39,7 @@ fn rows_that_come_alone_give_the_same_bits() {
 
     let mut one = model(&whole, law(), 0.1);
     let mut other = one.clone();
-    one.update_rows(&touched, &stencils(&torn)).expect("valid");
+    update(&mut one, &touched, &torn);
     other.take_rows(&rows).expect("valid");
     let ((energy, f), (same, g)) = (evaluated(&mut one, &x), evaluated(&mut other, &x));
     assert_eq!((energy.to_bits(), f), (same.to_bits(), g));
@@ -66,7 +65,7 @@ fn gradients_go_on_over_a_rebuild_and_their_decay_is_booked() {
             (whole.positions[i].x < middle) == (whole.positions[j].x < middle)
                 || (whole.positions[i].y > 0.2 && whole.positions[j].y > 0.2)
         });
-        body.update_rows(&touched, &stencils(&torn)).expect("valid");
+        update(&mut body, &touched, &torn);
         let kept: Vec<DMat3> = touched.iter().map(|&i| before[i as usize]).collect();
         body.retain_gradients(&touched, &kept, &x);
         let off = |body: &Elastic, before: &[f64]| {
@@ -117,9 +116,7 @@ fn gradients_go_on_over_a_rebuild_and_their_decay_is_booked() {
         assert_within("work of the decay", work, change, 2e-4 * change.abs());
         // What is left is the model with the new rows.
         let mut fresh = built(&whole, law(), &settings);
-        fresh
-            .update_rows(&touched, &stencils(&torn))
-            .expect("valid");
+        update(&mut fresh, &touched, &torn);
         let (same, g) = evaluated(&mut fresh, &x);
         assert_eq!((same.to_bits(), g), (energy.to_bits(), f));
         // And a checkpoint brings the offsets back.
@@ -308,8 +305,7 @@ fn forces_again_are_those_of_a_whole_evaluation_to_the_bit() {
             let side = |k: usize| at[k].z > middle.z;
             side(i) == side(j) || at[i].x.max(at[j].x) > deep
         });
-        body.update_rows(&touched, &stencils(&block))
-            .expect("valid");
+        update(&mut body, &touched, &block);
         body.scale_control_within(&touched, 3.0, f64::INFINITY, &x);
         let share = |p: usize| f64::from(u8::from(block.weights[p] > 0.0));
         body.weaken(&touched[..3], &x, &share);
@@ -374,8 +370,7 @@ fn blocks_that_are_not_evaluated_again_say_what_they_said() {
                     let far = rest[i].z.max(rest[j].z) > 1.5 * middle;
                     side(i) == side(j) || far || rest[i].x.max(rest[j].x) > deep
                 });
-                body.update_rows(&touched, &stencils(&block))
-                    .expect("valid");
+                update(&mut body, &touched, &block);
                 body.scale_control_within(&touched, 3.0, f64::INFINITY, &x);
                 let share = |p: usize| f64::from(u8::from(block.weights[p] > 0.0));
                 body.weaken(&touched[touched.len() - 9..], &x, &share);

@@ -101,11 +101,8 @@ fn a_part_in_the_frame_of_the_whole_has_its_bits() {
     let places: Vec<DVec3> = cutout.nodes.iter().map(place).collect();
     let (_, found) = evaluated(&mut part, &places);
     let (own, run) = (cutout.first, cutout.first / WATCHED_NODES);
-    assert_eq!(
-        found[own..own + WATCHED_NODES],
-        forces[WATCHED_NODES..2 * WATCHED_NODES],
-        "the forces"
-    );
+    let expected = &forces[WATCHED_NODES..2 * WATCHED_NODES];
+    assert_eq!(&found[own..own + WATCHED_NODES], expected, "the forces");
     let energies = [part.run_energies()[run], whole.run_energies()[1]];
     assert_eq!(energies[0].to_bits(), energies[1].to_bits(), "the forces");
 }

@@ -8,16 +8,11 @@ fn fronts(random: &mut Random) -> (Vec<u32>, Vec<DMat3>) {
         let v = random.vector(1.0).normalize();
         outer(v, v)
     };
-    let matrices: Vec<DMat3> = (0..10)
-        .map(|k| {
-            if k % 2 == 0 {
-                square()
-            } else {
-                (square() + square() + square()) * (1.0 / 3.0)
-            }
-        })
-        .collect();
-    ((20..30).collect(), matrices)
+    let matrix = |k| match k % 2 {
+        0 => square(),
+        _ => (square() + square() + square()) * (1.0 / 3.0),
+    };
+    ((20..30).collect(), (0..10).map(matrix).collect())
 }
 
 fn with_fronts(block: &Block, settings: &Settings) -> (Elastic, Vec<u32>) {
@@ -113,8 +108,7 @@ fn what_a_cut_severed_does_not_pull_at_a_front() {
     let at = block.positions.clone();
     let right = |i: usize| at[i].x > 0.05;
     let touched = cut(&mut block, |i, j| right(i) == right(j));
-    body.update_rows(&touched, &stencils(&block))
-        .expect("valid");
+    update(&mut body, &touched, &block);
     body.set_fronts(&touched, &vec![DMat3::IDENTITY; touched.len()]);
     let mut x = shaken(&block, 0.003, 6);
     let held = body.front_energy(&touched, &x);
@@ -204,8 +198,7 @@ fn fronts_know_rows_that_have_changed() {
         (at[i].x > low && at[i].y > 0.04) == (at[j].x > low && at[j].y > 0.04)
     });
     assert!(nodes.iter().any(|node| touched.contains(node)));
-    body.update_rows(&touched, &stencils(&block))
-        .expect("valid");
+    update(&mut body, &touched, &block);
     // As if it had been built with these rows.
     let (mut anew, _) = with_fronts(&block, &Settings::default());
     let x = shaken(&block, 0.003, 6);

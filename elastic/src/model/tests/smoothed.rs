@@ -80,8 +80,7 @@ fn beside_a_cut_it_is_the_definition() {
         let (block, touched) = slit(factor);
         assert!(touched.len() > 20 && touched.len() < x.len() / 2);
         let mut body = model(&whole, law(), 0.1);
-        body.update_rows(&touched, &stencils(&block))
-            .expect("valid");
+        update(&mut body, &touched, &block);
         let read = body.smoothed_positions(&x);
         let see = |node| body.rank(node) == 3;
         let off = farthest(&read, &by_definition(&block, see, &x));
@@ -97,7 +96,7 @@ fn nodes_without_a_strain_of_their_own_stay() {
     let (torn, touched) = torn();
     let x = shaken(&whole, 0.03, 5);
     let mut body = model(&whole, law(), 0.1);
-    body.update_rows(&touched, &stencils(&torn)).expect("valid");
+    update(&mut body, &touched, &torn);
     let weak = touched.iter().copied().filter(|i| i % 3 == 0);
     let weak: Vec<u32> = weak.collect();
     body.weaken(&weak, &x, &|p| f64::from(u8::from(torn.weights[p] > 0.0)));
@@ -121,7 +120,7 @@ proptest! {
     ) {
         let (block, touched) = slit(factor);
         let mut body = model(&Block::new([4, 4, 4], DVec3::splat(0.4), 0.2, 3), law(), 0.1);
-        body.update_rows(&touched, &stencils(&block)).expect("valid");
+        update(&mut body, &touched, &block);
         let mut random = Random::new(seed);
         let f = DMat3::from_cols(random.vector(1.0), random.vector(1.0), random.vector(1.0));
         let by = random.vector(1.0);
