@@ -71,14 +71,11 @@ impl Renderer {
     /// If the image has no pixels or more than 16,384 to a side, or `samples` is not 1, 2 or 4.
     #[must_use]
     pub fn new(settings: RenderSettings) -> Self {
-        assert!(
-            (1..=16_384).contains(&settings.width) && (1..=16_384).contains(&settings.height),
-            "an image has 1 to 16384 pixels to a side"
-        );
-        assert!(
-            matches!(settings.samples, 1 | 2 | 4),
-            "1, 2 or 4 samples per pixel and axis"
-        );
+        let sides = [settings.width, settings.height];
+        let fits = sides.iter().all(|side| (1..=16_384).contains(side));
+        assert!(fits, "an image has 1 to 16384 pixels to a side");
+        let samples = matches!(settings.samples, 1 | 2 | 4);
+        assert!(samples, "1, 2 or 4 samples per pixel and axis");
         Self {
             settings,
             transfer: Transfer::new(),
@@ -101,16 +98,16 @@ impl Renderer {
     /// If the view's slices differ in length.
     pub fn draw(&mut self, view: &SplatView<'_>, meshes: &[DrawnMesh], camera: &Camera) -> Frame {
         let n = view.splats.positions.len();
-        assert!(
-            view.colors.len() == n
-                && view.materials.len() == n
-                && view.texture_points.len() == n
-                && view.radii.len() == n
-                && (view.texture_normals.is_empty() || view.texture_normals.len() == n)
-                && (view.places.is_empty() || view.places.len() == n)
-                && (view.clips.is_empty() || view.clips.len() == n),
-            "one colour, material, texture point, place, radius and clip per splat"
-        );
+        let optional = [
+            view.texture_normals.len(),
+            view.places.len(),
+            view.clips.len(),
+        ];
+        let fits = [view.colors.len(), view.materials.len()] == [n; 2]
+            && [view.texture_points.len(), view.radii.len()] == [n; 2]
+            && optional.iter().all(|&len| len == 0 || len == n);
+        let needed = "one colour, material, texture point, place, radius and clip per splat";
+        assert!(fits, "{needed}");
         let ss = index(self.settings.samples);
         let RenderSettings { width, height, .. } = self.settings;
         let [w, h] = [width, height].map(|size| index(size) * ss);

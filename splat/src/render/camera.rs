@@ -92,10 +92,8 @@ impl Camera {
     #[must_use]
     pub fn looking_at(eye: DVec3, target: DVec3, up: DVec3, field_of_view: f64) -> Self {
         let forward = (target - eye).normalize_or(DVec3::Y);
-        let right = forward
-            .cross(up)
-            .try_normalize()
-            .unwrap_or_else(|| forward.any_orthonormal_vector());
+        let aside = forward.any_orthonormal_vector();
+        let right = forward.cross(up).normalize_or(aside);
         Self {
             eye,
             right,
@@ -140,18 +138,14 @@ impl Camera {
         up: DVec3,
         aspect: f64,
     ) -> (Self, Vec<DVec3>) {
-        assert!(
-            low.is_finite() && high.is_finite() && low.cmplt(high).any(),
-            "the box to frame must be finite and not a point"
-        );
+        let framed = low.is_finite() && high.is_finite() && low.cmplt(high).any();
+        assert!(framed, "the box to frame must be finite and not a point");
         assert!(aspect > 0.0, "the aspect must be positive");
         let forward = direction
             .try_normalize()
             .expect("the direction of view must not be zero");
-        let right = forward
-            .cross(up)
-            .try_normalize()
-            .unwrap_or_else(|| forward.any_orthonormal_vector());
+        let aside = forward.any_orthonormal_vector();
+        let right = forward.cross(up).normalize_or(aside);
         let corner = |k: u32| {
             let is_high = BVec3::new(k & 1 > 0, k & 2 > 0, k & 4 > 0);
             DVec3::select(is_high, high, low)

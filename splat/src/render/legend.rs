@@ -157,10 +157,9 @@ impl<'a> Overlay<'a> {
     /// # Panics
     /// If `other` does not fit.
     pub fn place(&mut self, x: u32, y: u32, other: &Frame) {
-        assert!(
-            x + other.width <= self.frame.width && y + other.height <= self.frame.height,
-            "the placed frame must fit"
-        );
+        let (right, bottom) = (x + other.width, y + other.height);
+        let fits = right <= self.frame.width && bottom <= self.frame.height;
+        assert!(fits, "the placed frame must fit");
         for row in 0..other.height {
             let to = index((y + row) * self.frame.width + x);
             let from = index(row * other.width);

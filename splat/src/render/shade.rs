@@ -1,7 +1,7 @@
 //! Light and the way to the screen.
 
 use crate::render::noise::slope_noise;
-use crate::render::scene::Lighting;
+use crate::render::scene::{Light, Lighting};
 use glam::{Vec3, Vec4};
 
 /// Points lit at a time.
@@ -50,12 +50,9 @@ pub(crate) struct Lights {
 
 impl Lights {
     pub(crate) fn new(lighting: &Lighting) -> Self {
+        let unit = |light: &Light| (light.direction.normalize_or(Vec3::Z), light.color);
         Self {
-            lights: lighting
-                .lights
-                .iter()
-                .map(|l| (l.direction.normalize_or(Vec3::Z), l.color))
-                .collect(),
+            lights: lighting.lights.iter().map(unit).collect(),
             sky: lighting.sky,
             ground: lighting.ground,
         }
@@ -170,20 +167,16 @@ pub(crate) struct Transfer(Vec<u8>);
 
 impl Transfer {
     pub(crate) fn new() -> Self {
-        Self(
-            (0..=STEPS)
-                .map(|k| {
-                    // The square root spreads the dark end over more steps.
-                    let x = (k as f32 / STEPS as f32).powi(2);
-                    let s = if x <= 0.003_130_8 {
-                        12.92 * x
-                    } else {
-                        1.055 * x.powf(1.0 / 2.4) - 0.055
-                    };
-                    crate::cast::byte(s)
-                })
-                .collect(),
-        )
+        let encoded = |k: usize| {
+            // The square root spreads the dark end over more steps.
+            let x = (k as f32 / STEPS as f32).powi(2);
+            crate::cast::byte(if x <= 0.003_130_8 {
+                12.92 * x
+            } else {
+                1.055 * x.powf(1.0 / 2.4) - 0.055
+            })
+        };
+        Self((0..=STEPS).map(encoded).collect())
     }
 
     #[allow(
@@ -261,10 +254,8 @@ mod tests {
                 assert_eq!(lit, lights.shade_one(point), "lane {lane}");
                 let expected = formula(&lights, point);
                 // Round-off of some forty operations in f32.
-                assert!(
-                    lit.distance(expected) <= 1e-5 * expected.length(),
-                    "{lit} for {expected}"
-                );
+                let off = lit.distance(expected);
+                assert!(off <= 1e-5 * expected.length(), "{lit} for {expected}");
             }
         }
     }
@@ -280,10 +271,8 @@ mod tests {
             for lane in 0..LANES {
                 let found = Vec3::from_array(tilted.map(|c| c[lane]));
                 let expected = n + slope.reject_from(n) * amount[lane].max(0.0);
-                assert!(
-                    found.distance(expected.normalize()) < 1e-5,
-                    "{k}: {found} for {expected}"
-                );
+                let off = found.distance(expected.normalize());
+                assert!(off < 1e-5, "{k}: {found} for {expected}");
             }
         }
     }

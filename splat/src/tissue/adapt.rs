@@ -92,9 +92,8 @@ pub fn follow_curvature(
         .collect();
     let mut shares = vec![0.0; positions.len()];
     for ((&x, &n), area) in positions.iter().zip(normals).zip(areas) {
-        let mut near = kept
-            .nearest_neighbor_iter(x.to_array())
-            .map(|p| index(p.data));
+        let near = kept.nearest_neighbor_iter(x.to_array());
+        let mut near = near.map(|p| index(p.data));
         // Not the other side of a thin part, if one of the same side is near.
         let nearest = near.next();
         let facing = nearest.into_iter().chain(near.take(BESIDE));
@@ -205,10 +204,8 @@ mod tests {
         let areas = vec![1.0; x.len()];
         let (chosen, shares) = follow_curvature(&x, &normals, &areas, 100, 3.0);
         // A cell of the hexagonal packing is 9 m²; each sample is 1 m².
-        assert!(
-            shares.iter().all(|a| (3.0..=20.0).contains(a)),
-            "{shares:?}"
-        );
+        let even = shares.iter().all(|a| (3.0..=20.0).contains(a));
+        assert!(even, "{shares:?}");
         assert_eq!(chosen.len(), 100);
         for (k, &i) in chosen.iter().enumerate() {
             for &j in &chosen[..k] {

@@ -1,6 +1,6 @@
 //! New skin on a cut: where it lies, how large its disks are, where it ends.
 
-use super::{InsideTest, Tissue};
+use super::{InsideTest, Renewal, Tissue};
 use crate::cast::{count, index};
 use crate::render::clip::Clip;
 use crate::tissue::radii::sheet_radius;
@@ -31,9 +31,7 @@ impl Tissue {
     /// The largest radius of new skin (m); its clips are made for that.
     pub(super) fn skin_radius(&self) -> f64 {
         let spread = SKIN_RADIUS * self.sampler.spacing();
-        self.renewal
-            .as_ref()
-            .map_or(spread, |renewal| renewal.most())
+        self.renewal.as_ref().map_or(spread, Renewal::most)
     }
 
     /// New skin on triangles, numbered from `first_triangle`: two surfels per sample inside the body,
@@ -106,14 +104,11 @@ impl Tissue {
     /// Originals of skin in whose neighbourhood one of `fresh` lies, in order.
     fn skin_beside(&self, fresh: &[u32]) -> Vec<u32> {
         let reach = NEIGHBORHOOD * self.sampler.spacing();
-        let mut found: Vec<u32> = fresh
-            .iter()
-            .flat_map(|&s| {
-                let at = self.surfels.positions[index(s)].to_array();
-                self.skin_tree.locate_within_distance(at, reach * reach)
-            })
-            .map(|p| p.data)
-            .collect();
+        let beside = |&s: &u32| {
+            let at = self.surfels.positions[index(s)].to_array();
+            self.skin_tree.locate_within_distance(at, reach * reach)
+        };
+        let mut found: Vec<u32> = fresh.iter().flat_map(beside).map(|p| p.data).collect();
         found.sort_unstable();
         found.dedup();
         found

@@ -10,11 +10,8 @@ use rayon::prelude::*;
 
 /// Radii of the surfels on a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum RadiusRule {
     /// As small as leaves no hole between neighbours: the circumradius of a surfel's Voronoi cell in its tangent

@@ -62,18 +62,14 @@ fn edge_lines(surfels: &Surfels, tree: &NodeTree, i: usize) -> Vec<(DVec2, f64)>
 
 /// Clips of all surfels at the surface's sharp edges.
 pub(crate) fn sharp_edges(surfels: &Surfels, tree: &NodeTree) -> Vec<Option<Arc<Clip>>> {
-    (0..surfels.len())
-        .into_par_iter()
-        .map(|i| {
-            let edges = edge_lines(surfels, tree, i);
-            (!edges.is_empty()).then(|| {
-                Arc::new(Clip {
-                    edges,
-                    ..Clip::default()
-                })
-            })
-        })
-        .collect()
+    let clip = |i: usize| {
+        let clip = Clip {
+            edges: edge_lines(surfels, tree, i),
+            ..Clip::default()
+        };
+        (!clip.edges.is_empty()).then(|| Arc::new(clip))
+    };
+    (0..surfels.len()).into_par_iter().map(clip).collect()
 }
 
 /// Whether `x` lies inside by the two surfels nearest to it (Aras 2014, fig. 65): behind the tangent

@@ -67,10 +67,8 @@ impl CutSampler {
     /// If `density` is not positive and finite.
     #[must_use]
     pub fn new(density: f64) -> Self {
-        assert!(
-            density > 0.0 && density.is_finite(),
-            "the sampling density must be positive and finite"
-        );
+        let fits = density > 0.0 && density.is_finite();
+        assert!(fits, "the sampling density must be positive and finite");
         Self {
             density,
             carried: 0.0,

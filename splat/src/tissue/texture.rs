@@ -74,12 +74,8 @@ impl TissueTexture {
     /// Colours of all surfels.
     #[must_use]
     pub fn colors(&self, surfels: &Surfels) -> Vec<Vec3> {
-        surfels
-            .positions
-            .par_iter()
-            .zip(&surfels.materials)
-            .map(|(&x, &m)| self.color(x, m))
-            .collect()
+        let all = surfels.positions.par_iter().zip(&surfels.materials);
+        all.map(|(&x, &m)| self.color(x, m)).collect()
     }
 
     /// Optical properties for the two materials: a smooth wet capsule, a rougher wet inside.

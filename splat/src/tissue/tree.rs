@@ -10,11 +10,6 @@ pub(crate) type NodeTree = RTree<GeomWithData<[f64; 3], u32>>;
 
 /// Bulk-loads a tree over finite points.
 pub(crate) fn point_tree(points: &[DVec3]) -> NodeTree {
-    RTree::bulk_load(
-        points
-            .iter()
-            .enumerate()
-            .map(|(i, p)| GeomWithData::new(p.to_array(), count(i)))
-            .collect(),
-    )
+    let entry = |(i, p): (usize, &DVec3)| GeomWithData::new(p.to_array(), count(i));
+    RTree::bulk_load(points.iter().enumerate().map(entry).collect())
 }
