@@ -176,10 +176,12 @@ impl fmt::Display for ReadError {
 
 impl std::error::Error for ReadError {}
 
-/// A failure inside one reader; the path is added by [`read_mesh`].
-pub(crate) struct Failure {
-    place: TextPlace,
-    kind: ReadErrorKind,
+impl ReadErrorKind {
+    /// The error at a place of a file that [`read_file`] names.
+    fn at(self, place: TextPlace) -> ReadError {
+        let (path, kind) = (PathBuf::new(), self);
+        ReadError { path, place, kind }
+    }
 }
 
 /// What a reader collects.
@@ -199,11 +201,10 @@ struct Raw {
 
 impl Raw {
     /// Adds a polygon as a fan; [`polygon::mend`] looks at it when all vertices are known.
-    fn polygon(&mut self, corners: &[u32], place: TextPlace) -> Result<(), Failure> {
+    fn polygon(&mut self, corners: &[u32], place: TextPlace) -> Result<(), ReadError> {
         if corners.len() < 3 {
-            let found = corners.len().to_string();
             let expected = "a face of three or more corners";
-            return Err(text::unexpected(expected, found.as_bytes(), place));
+            return Err(text::unexpected_number(expected, &corners.len(), place));
         }
         if corners.len() > 3 {
             self.polygons += 1;
@@ -218,7 +219,7 @@ impl Raw {
 }
 
 /// Checks an index of a face against the number of vertices.
-fn vertex_index(value: i64, count: usize, place: TextPlace) -> Result<u32, Failure> {
+fn vertex_index(value: i64, count: usize, place: TextPlace) -> Result<u32, ReadError> {
     match u32::try_from(value) {
         Ok(v) if (v as usize) < count => Ok(v),
         _ => Err(out_of_range(value, count, place)),
@@ -226,23 +227,30 @@ fn vertex_index(value: i64, count: usize, place: TextPlace) -> Result<u32, Failu
 }
 
 /// An index, as the file writes it, that names no vertex.
-fn out_of_range(index: i64, count: usize, place: TextPlace) -> Failure {
-    Failure {
-        place,
-        kind: ReadErrorKind::IndexOutOfRange { index, count },
-    }
+fn out_of_range(index: i64, count: usize, place: TextPlace) -> ReadError {
+    ReadErrorKind::IndexOutOfRange { index, count }.at(place)
+}
+
+fn unsupported(what: &'static str, fix: &'static str, place: TextPlace) -> ReadError {
+    ReadErrorKind::Unsupported { what, fix }.at(place)
+}
+
+fn truncated(expected: &'static str, place: TextPlace) -> ReadError {
+    ReadErrorKind::Truncated { expected }.at(place)
+}
+
+/// Something that a file lacks.
+fn nothing(what: &'static str) -> ReadError {
+    ReadErrorKind::Nothing { what }.at(TextPlace::File)
 }
 
 /// Checks a coordinate.
-fn point(coordinates: [f64; 3], place: TextPlace) -> Result<DVec3, Failure> {
+fn point(coordinates: [f64; 3], place: TextPlace) -> Result<DVec3, ReadError> {
     let p = DVec3::from_array(coordinates);
     if p.is_finite() {
         Ok(p)
     } else {
-        Err(Failure {
-            place,
-            kind: ReadErrorKind::NotFinite,
-        })
+        Err(ReadErrorKind::NotFinite.at(place))
     }
 }
 
@@ -251,26 +259,25 @@ fn point(coordinates: [f64; 3], place: TextPlace) -> Result<DVec3, Failure> {
 /// # Errors
 /// [`ReadError`] with the file, the line or byte and the reason.
 pub fn read_mesh(path: impl AsRef<Path>) -> Result<MeshFile, ReadError> {
-    let path = path.as_ref();
-    let bytes = read_bytes(path)?;
-    parse_mesh(&bytes).map_err(|error| ReadError {
+    read_file(path.as_ref(), parse_mesh)
+}
+
+fn read_file<T>(
+    path: &Path,
+    parse: impl Fn(&[u8]) -> Result<T, ReadError>,
+) -> Result<T, ReadError> {
+    let io = |error: std::io::Error| ReadErrorKind::Io(error.kind()).at(TextPlace::File);
+    let read = || {
+        // A pipe or device may never end.
+        if !std::fs::metadata(path).map_err(io)?.is_file() {
+            return Err(ReadErrorKind::NotAFile.at(TextPlace::File));
+        }
+        parse(&std::fs::read(path).map_err(io)?)
+    };
+    read().map_err(|error| ReadError {
         path: path.to_owned(),
         ..error
     })
-}
-
-fn read_bytes(path: &Path) -> Result<Vec<u8>, ReadError> {
-    let failed = |kind| ReadError {
-        path: path.to_owned(),
-        place: TextPlace::File,
-        kind,
-    };
-    let io = |error: std::io::Error| failed(ReadErrorKind::Io(error.kind()));
-    // A pipe or device may never end.
-    if !std::fs::metadata(path).map_err(io)?.is_file() {
-        return Err(failed(ReadErrorKind::NotAFile));
-    }
-    std::fs::read(path).map_err(io)
 }
 
 /// Whether nothing but zeros and white space is left of a binary file.
@@ -278,28 +285,16 @@ fn is_padding(bytes: &[u8]) -> bool {
     bytes.iter().all(|b| *b == 0 || b.is_ascii_whitespace())
 }
 
-/// Names what is in a file that no text or mesh can begin with.
-fn check_encoding(bytes: &[u8]) -> Result<(), Failure> {
-    let kind = match bytes {
-        [] => ReadErrorKind::Empty,
-        [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => ReadErrorKind::Unsupported {
-            what: "files in UTF-16",
-            fix: "save it as UTF-8 or ASCII",
-        },
-        [0x1f, 0x8b, ..] => ReadErrorKind::Unsupported {
-            what: "files packed by gzip",
-            fix: "unpack it first",
-        },
-        [b'P', b'K', 3, 4, ..] => ReadErrorKind::Unsupported {
-            what: "zip archives",
-            fix: "unpack it first",
-        },
-        _ => return Ok(()),
+/// The file without a byte order mark; names what no text or mesh can begin with.
+fn checked(bytes: &[u8]) -> Result<&[u8], ReadError> {
+    let (what, fix) = match bytes {
+        [] => return Err(ReadErrorKind::Empty.at(TextPlace::File)),
+        [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => ("files in UTF-16", "save it as UTF-8 or ASCII"),
+        [0x1f, 0x8b, ..] => ("files packed by gzip", "unpack it first"),
+        [b'P', b'K', 3, 4, ..] => ("zip archives", "unpack it first"),
+        _ => return Ok(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)),
     };
-    Err(Failure {
-        place: TextPlace::File,
-        kind,
-    })
+    Err(unsupported(what, fix, TextPlace::File))
 }
 
 /// Reads a mesh from the bytes of a file.
@@ -307,16 +302,7 @@ fn check_encoding(bytes: &[u8]) -> Result<(), Failure> {
 /// # Errors
 /// [`ReadError`] without a path.
 pub fn parse_mesh(bytes: &[u8]) -> Result<MeshFile, ReadError> {
-    parse(bytes).map_err(|failure| ReadError {
-        path: PathBuf::new(),
-        place: failure.place,
-        kind: failure.kind,
-    })
-}
-
-fn parse(bytes: &[u8]) -> Result<MeshFile, Failure> {
-    check_encoding(bytes)?;
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let bytes = checked(bytes)?;
     let format = detect(bytes)?;
     let mut raw = match format {
         Format::Obj => obj::parse(bytes),
@@ -331,21 +317,10 @@ fn parse(bytes: &[u8]) -> Result<MeshFile, Failure> {
     if raw.vertices.is_empty() {
         return Err(nothing("vertices"));
     }
-    if u32::try_from(
-        raw.vertices
-            .len()
-            .max(raw.triangles.len())
-            .saturating_mul(4),
-    )
-    .is_err()
-    {
-        return Err(Failure {
-            place: TextPlace::File,
-            kind: ReadErrorKind::Unsupported {
-                what: "meshes of more than a billion vertices",
-                fix: "simplify the mesh",
-            },
-        });
+    let most = raw.vertices.len().max(raw.triangles.len());
+    if u32::try_from(most.saturating_mul(4)).is_err() {
+        let what = "meshes of more than a billion vertices";
+        return Err(unsupported(what, "simplify the mesh", TextPlace::File));
     }
     polygon::mend(&mut raw)?;
     if !raw.tetrahedra.is_empty() {
@@ -356,17 +331,14 @@ fn parse(bytes: &[u8]) -> Result<MeshFile, Failure> {
         }
         raw.triangles = boundary_triangles(&raw.tetrahedra, |_| true);
     }
-    if raw.triangles.is_empty() && raw.skipped {
-        return Err(Failure {
-            place: TextPlace::File,
-            kind: ReadErrorKind::Unsupported {
-                what: "cells other than triangles, quadrilaterals, polygons and linear tetrahedra",
-                fix: "save the body's surface, or divide its cells into tetrahedra",
-            },
-        });
-    }
     if raw.triangles.is_empty() {
-        return Err(nothing("faces"));
+        let what = "cells other than triangles, quadrilaterals, polygons and linear tetrahedra";
+        let fix = "save the body's surface, or divide its cells into tetrahedra";
+        return Err(if raw.skipped {
+            unsupported(what, fix, TextPlace::File)
+        } else {
+            nothing("faces")
+        });
     }
     Ok(MeshFile {
         format,
@@ -379,29 +351,13 @@ fn parse(bytes: &[u8]) -> Result<MeshFile, Failure> {
     })
 }
 
-/// Something that a file lacks.
-fn nothing(what: &'static str) -> Failure {
-    Failure {
-        place: TextPlace::File,
-        kind: ReadErrorKind::Nothing { what },
-    }
-}
-
 /// Recognises a format by its first bytes; a binary STL by its length.
-fn detect(bytes: &[u8]) -> Result<Format, Failure> {
-    let unknown = Failure {
-        place: TextPlace::File,
-        kind: ReadErrorKind::UnknownFormat,
-    };
-    let start = bytes
-        .iter()
-        .position(|b| !b.is_ascii_whitespace())
-        .unwrap_or(0);
-    let body = &bytes[start..];
-    let line: &[u8] = body
-        .split(|b| matches!(b, b'\n' | b'\r'))
-        .next()
-        .unwrap_or(body);
+fn detect(bytes: &[u8]) -> Result<Format, ReadError> {
+    let unknown = ReadErrorKind::UnknownFormat.at(TextPlace::File);
+    let start = bytes.iter().position(|b| !b.is_ascii_whitespace());
+    let body = &bytes[start.unwrap_or(0)..];
+    let mut lines = body.split(|b| matches!(b, b'\n' | b'\r'));
+    let line = lines.next().unwrap_or(body);
     let starts =
         |word: &[u8]| line.len() >= word.len() && line[..word.len()].eq_ignore_ascii_case(word);
     if line.trim_ascii_end() == b"ply" {

@@ -5,9 +5,7 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::text::{self, Text};
-use super::{
-    Failure, ReadError, ReadErrorKind, TextPlace, check_encoding, nothing, point, read_bytes,
-};
+use super::{ReadError, ReadErrorKind, TextPlace, checked, nothing, point, read_file};
 use crate::mesh::cloud::SurfaceSamples;
 
 /// Reads a point cloud: the vertices of a PLY file with their nx, ny and nz, or text with `x y z nx ny nz` per line
@@ -17,22 +15,15 @@ use crate::mesh::cloud::SurfaceSamples;
 /// # Errors
 /// [`ReadError`] with the file, the line or byte and the reason.
 pub fn read_point_cloud(path: impl AsRef<Path>) -> Result<SurfaceSamples, ReadError> {
-    let path = path.as_ref();
-    let bytes = read_bytes(path)?;
-    parse_cloud(&bytes).map_err(|failure| ReadError {
-        path: path.to_owned(),
-        place: failure.place,
-        kind: failure.kind,
-    })
+    read_file(path.as_ref(), parse_cloud)
 }
 
-fn parse_cloud(bytes: &[u8]) -> Result<SurfaceSamples, Failure> {
-    check_encoding(bytes)?;
+fn parse_cloud(bytes: &[u8]) -> Result<SurfaceSamples, ReadError> {
+    let text = checked(bytes)?;
     if bytes.starts_with(b"ply") {
         return ply_cloud(bytes);
     }
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let mut text = Text::new(bytes);
+    let mut text = Text::new(text);
     let mut surfels = SurfaceSamples::default();
     while let Some(mut words) = text.line() {
         let place = words.place();
@@ -56,7 +47,7 @@ fn parse_cloud(bytes: &[u8]) -> Result<SurfaceSamples, Failure> {
     Ok(surfels)
 }
 
-fn ply_cloud(bytes: &[u8]) -> Result<SurfaceSamples, Failure> {
+fn ply_cloud(bytes: &[u8]) -> Result<SurfaceSamples, ReadError> {
     let raw = super::ply::parse(bytes)?;
     if raw.vertices.is_empty() {
         return Err(nothing("vertices"));
@@ -72,7 +63,7 @@ fn ply_cloud(bytes: &[u8]) -> Result<SurfaceSamples, Failure> {
     })
 }
 
-fn unit(normal: DVec3, place: TextPlace) -> Result<DVec3, Failure> {
-    let kind = ReadErrorKind::NotFinite;
-    normal.try_normalize().ok_or(Failure { place, kind })
+fn unit(normal: DVec3, place: TextPlace) -> Result<DVec3, ReadError> {
+    let unit = normal.try_normalize();
+    unit.ok_or_else(|| ReadErrorKind::NotFinite.at(place))
 }

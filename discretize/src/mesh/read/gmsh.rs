@@ -1,7 +1,7 @@
 //! Gmsh MSH: versions 1 (text), 2 and 4.1 (text and binary).
 
-use super::text::{Scalar, Text, Words, check_count, unexpected};
-use super::{Failure, Raw, ReadErrorKind, TextPlace, out_of_range, point};
+use super::text::{Order, Scalar, Text, Words, unexpected_number};
+use super::{Raw, ReadError, TextPlace, out_of_range, point, unsupported};
 use crate::mesh::index;
 
 /// Gmsh's element types.
@@ -22,26 +22,17 @@ enum Version {
     Four,
 }
 
-/// Byte order of a binary file.
-#[derive(Clone, Copy, PartialEq)]
-enum Order {
-    Little,
-    Big,
-}
-
 /// Numbers of a file, from words or bytes.
 struct Source<'a> {
     text: Text<'a>,
     version: Version,
-    binary: Option<Order>,
 }
 
-pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Failure> {
+pub(super) fn parse(bytes: &[u8]) -> Result<Raw, ReadError> {
     let mut raw = Raw::default();
     let mut source = Source {
         text: Text::new(bytes),
         version: Version::One,
-        binary: None,
     };
     // Node numbers are sparse: (number, index), sorted once all are read.
     let mut numbers: Vec<(i64, u32)> = Vec::new();
@@ -60,79 +51,67 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Failure> {
 }
 
 impl Source<'_> {
-    fn header(&mut self) -> Result<(), Failure> {
+    fn header(&mut self) -> Result<(), ReadError> {
         let mut words = self.text.full_line("the version")?;
         let place = words.place();
         let version = words.float("the version")?;
         let binary = words.integer("0 for text, 1 for binary")? != 0;
         let size = words.integer("the size of a float")?;
-        let unsupported = |what, fix| Failure {
-            place,
-            kind: ReadErrorKind::Unsupported { what, fix },
-        };
         self.version = if (2.0..3.0).contains(&version) {
             Version::Two
         } else if (4.1..5.0).contains(&version) {
             Version::Four
         } else {
             let what = "MSH versions other than 1, 2 and 4.1";
-            return Err(unsupported(what, "save as version 2.2 or 4.1"));
+            return Err(unsupported(what, "save as version 2.2 or 4.1", place));
         };
         if binary {
             if size != 8 {
                 let what = "binary MSH files with floats or indices of other than 8 bytes";
-                return Err(unsupported(what, "save with 8 bytes or as text"));
+                return Err(unsupported(what, "save with 8 bytes or as text", place));
             }
             let place = self.place();
-            self.binary = Some(match self.int("the number 1")? {
+            self.text.order = self.text.order.or(Some(Order::Little));
+            self.text.order = Some(match self.int("the number 1")? {
                 1 => Order::Little,
                 0x0100_0000 => Order::Big,
-                other => {
-                    let found = other.to_string();
-                    return Err(unexpected("the number 1", found.as_bytes(), place));
-                }
+                other => return Err(unexpected_number("the number 1", &other, place)),
             });
         }
         Ok(())
     }
 
     fn place(&self) -> TextPlace {
-        match self.binary {
-            Some(_) => TextPlace::Byte(self.text.offset()),
-            None => self.text.place(),
-        }
+        self.text.place()
     }
 
     /// A four-byte integer.
-    fn int(&mut self, expected: &'static str) -> Result<i64, Failure> {
-        let big = self.binary == Some(Order::Big);
-        self.text.whole(Scalar::I32, big, expected)
+    fn int(&mut self, expected: &'static str) -> Result<i64, ReadError> {
+        self.text.whole(Scalar::I32, expected)
     }
 
     /// An eight-byte count or number.
-    fn long(&mut self, expected: &'static str) -> Result<i64, Failure> {
-        let big = self.binary == Some(Order::Big);
-        self.text.whole(Scalar::I64, big, expected)
+    fn long(&mut self, expected: &'static str) -> Result<i64, ReadError> {
+        self.text.whole(Scalar::I64, expected)
     }
 
     /// A count of things of at least `least` bytes each of what follows.
-    fn checked(&self, value: i64, what: &'static str, least: usize) -> Result<usize, Failure> {
-        check_count(value, what, least, self.text.rest().len(), self.place())
+    fn checked(&self, value: i64, what: &'static str, least: usize) -> Result<usize, ReadError> {
+        self.text.checked(value, what, least, self.place())
     }
 
-    fn binary_point(&mut self, raw: &mut Raw) -> Result<(), Failure> {
+    fn binary_point(&mut self, raw: &mut Raw) -> Result<(), ReadError> {
         let place = self.place();
         let mut xyz = [0.0; 3];
-        let big = self.binary == Some(Order::Big);
         for x in &mut xyz {
-            *x = self.text.scalar(Scalar::F64, big, "three coordinates")?;
+            *x = self.text.number(Scalar::F64, "three coordinates")?;
         }
         raw.vertices.push(point(xyz, place)?);
         Ok(())
     }
 
-    fn nodes(&mut self, raw: &mut Raw, numbers: &mut Vec<(i64, u32)>) -> Result<(), Failure> {
-        match (self.version, self.binary) {
+    fn nodes(&mut self, raw: &mut Raw, numbers: &mut Vec<(i64, u32)>) -> Result<(), ReadError> {
+        match (self.version, self.text.order) {
             (Version::Four, None) => self.text_blocks(raw, numbers),
             (Version::Four, Some(_)) => self.binary_blocks(raw, numbers),
             (_, binary) => {
@@ -156,7 +135,11 @@ impl Source<'_> {
         }
     }
 
-    fn text_blocks(&mut self, raw: &mut Raw, numbers: &mut Vec<(i64, u32)>) -> Result<(), Failure> {
+    fn text_blocks(
+        &mut self,
+        raw: &mut Raw,
+        numbers: &mut Vec<(i64, u32)>,
+    ) -> Result<(), ReadError> {
         let blocks = self.text.count("blocks of nodes", 2)?;
         let _ = self.text.line();
         for _ in 0..blocks {
@@ -165,7 +148,7 @@ impl Source<'_> {
                 words.integer("dimension, entity and parametric flag")?;
             }
             let size = words.integer("a number of nodes")?;
-            let size = check_count(size, "nodes", 8, self.text.rest().len(), words.place())?;
+            let size = self.text.checked(size, "nodes", 8, words.place())?;
             let first = numbers.len();
             for _ in 0..size {
                 let mut words = self.text.full_line("a node number")?;
@@ -184,7 +167,7 @@ impl Source<'_> {
         &mut self,
         raw: &mut Raw,
         numbers: &mut Vec<(i64, u32)>,
-    ) -> Result<(), Failure> {
+    ) -> Result<(), ReadError> {
         let blocks = self.long("a number of blocks")?;
         let blocks = self.checked(blocks, "blocks of nodes", 20)?;
         for _ in 0..3 {
@@ -213,8 +196,8 @@ impl Source<'_> {
         Ok(())
     }
 
-    fn elements(&mut self, raw: &mut Raw, numbers: &[(i64, u32)]) -> Result<(), Failure> {
-        match (self.version, self.binary) {
+    fn elements(&mut self, raw: &mut Raw, numbers: &[(i64, u32)]) -> Result<(), ReadError> {
+        match (self.version, self.text.order) {
             (Version::Four, Some(_)) => {
                 let blocks = self.long("a number of blocks")?;
                 let blocks = self.checked(blocks, "blocks of elements", 20)?;
@@ -244,9 +227,8 @@ impl Source<'_> {
                     let tags = self.int("a number of tags")?;
                     let tags = self.checked(tags, "tags", 4)?;
                     if size == 0 || size > left {
-                        let found = size.to_string();
-                        let expected = "a number of elements";
-                        return Err(unexpected(expected, found.as_bytes(), self.place()));
+                        let place = self.place();
+                        return Err(unexpected_number("a number of elements", &size, place));
                     }
                     for _ in 0..size {
                         for _ in 0..=tags {
@@ -267,18 +249,14 @@ impl Source<'_> {
         kind: i64,
         raw: &mut Raw,
         numbers: &[(i64, u32)],
-    ) -> Result<(), Failure> {
+    ) -> Result<(), ReadError> {
         let place = self.place();
         let size = usize::try_from(kind - 1)
             .ok()
             .and_then(|k| NODES_OF.get(k).copied());
         let Some(size) = size else {
-            let found = kind.to_string();
-            return Err(unexpected(
-                "an element type from 1 to 19",
-                found.as_bytes(),
-                place,
-            ));
+            let expected = "an element type from 1 to 19";
+            return Err(unexpected_number(expected, &kind, place));
         };
         let mut corners = [0; 27];
         for corner in &mut corners[..size] {
@@ -290,7 +268,7 @@ impl Source<'_> {
         element(kind, &corners[..size], place, raw, numbers)
     }
 
-    fn text_elements(&mut self, raw: &mut Raw, numbers: &[(i64, u32)]) -> Result<(), Failure> {
+    fn text_elements(&mut self, raw: &mut Raw, numbers: &[(i64, u32)]) -> Result<(), ReadError> {
         let count = self.text.count("elements or blocks", 4)?;
         if self.version == Version::Four {
             let _ = self.text.line();
@@ -300,8 +278,7 @@ impl Source<'_> {
                 words.integer("an entity")?;
                 let kind = words.integer("an element type")?;
                 let size = words.integer("a number of elements")?;
-                let left = self.text.rest().len();
-                let size = check_count(size, "elements", 4, left, words.place())?;
+                let size = self.text.checked(size, "elements", 4, words.place())?;
                 for _ in 0..size {
                     let mut words = self.text.full_line("an element")?;
                     words.integer("an element number")?;
@@ -320,12 +297,8 @@ impl Source<'_> {
                 _ => words.integer("a number of tags")?,
             };
             if !(0..1024).contains(&skip) {
-                let found = skip.to_string();
-                return Err(unexpected(
-                    "a number of tags",
-                    found.as_bytes(),
-                    words.place(),
-                ));
+                let place = words.place();
+                return Err(unexpected_number("a number of tags", &skip, place));
             }
             for _ in 0..skip {
                 words.integer("a tag")?;
@@ -341,7 +314,7 @@ fn text_element(
     words: &mut Words<'_>,
     raw: &mut Raw,
     numbers: &[(i64, u32)],
-) -> Result<(), Failure> {
+) -> Result<(), ReadError> {
     let size = match kind {
         TRIANGLE => 3,
         QUAD | TETRAHEDRON => 4,
@@ -364,7 +337,7 @@ fn element(
     place: TextPlace,
     raw: &mut Raw,
     numbers: &[(i64, u32)],
-) -> Result<(), Failure> {
+) -> Result<(), ReadError> {
     if !matches!(kind, TRIANGLE | QUAD | TETRAHEDRON) {
         raw.skipped |= !WITHOUT_FACE.contains(&kind);
         return Ok(());

@@ -3,9 +3,9 @@
 use std::borrow::Cow;
 
 use super::text::{Text, unexpected};
-use super::{Failure, Raw, TextPlace, out_of_range};
+use super::{Raw, ReadError, TextPlace, out_of_range};
 
-pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Failure> {
+pub(super) fn parse(bytes: &[u8]) -> Result<Raw, ReadError> {
     let mut raw = Raw::default();
     // Faces may precede their vertices: indices are checked at the end.
     let mut corners: Vec<i64> = Vec::new();

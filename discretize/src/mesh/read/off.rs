@@ -1,7 +1,7 @@
 //! Object File Format.
 
 use super::text::{Text, Words, check_count, unexpected};
-use super::{Failure, Raw, vertex_index};
+use super::{Raw, ReadError, unsupported, vertex_index};
 
 /// Whether a word opens an OFF file, with its optional prefixes for colours, normals and texture.
 pub(super) fn is_keyword(word: &[u8]) -> bool {
@@ -21,7 +21,7 @@ pub(super) fn is_counts(words: Words<'_>) -> bool {
     counts == 3
 }
 
-pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Failure> {
+pub(super) fn parse(bytes: &[u8]) -> Result<Raw, ReadError> {
     let mut raw = Raw::default();
     let mut text = Text::new(bytes);
     let mut words = text.full_line("`OFF`")?;
@@ -38,13 +38,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Failure> {
         let place = words.place();
         for word in words.by_ref().take_while(|w| !w.starts_with(b"#")) {
             if word.eq_ignore_ascii_case(b"BINARY") {
-                return Err(Failure {
-                    place,
-                    kind: super::ReadErrorKind::Unsupported {
-                        what: "binary OFF files",
-                        fix: "write OFF as text",
-                    },
-                });
+                return Err(unsupported("binary OFF files", "write OFF as text", place));
             }
             counts.push(super::text::integer(word, place, "a count")?);
         }
@@ -53,9 +47,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Failure> {
         }
         words = text.full_line("the counts of vertices and faces")?;
     }
-    let left = text.rest().len();
-    let vertices = check_count(counts[0], "vertices", 6, left, text.place())?;
-    let faces = check_count(counts[1], "faces", 2, left, text.place())?;
+    let vertices = text.checked(counts[0], "vertices", 6, text.place())?;
+    let faces = text.checked(counts[1], "faces", 2, text.place())?;
     raw.vertices.reserve(vertices);
     for _ in 0..vertices {
         let mut words = text.full_line("a vertex")?;
@@ -81,7 +74,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Failure> {
 }
 
 /// Normals, colours and texture coordinates may follow on a line, and nothing else.
-fn numbers_only(words: Words<'_>) -> Result<(), Failure> {
+fn numbers_only(words: Words<'_>) -> Result<(), ReadError> {
     let place = words.place();
     for word in words.take_while(|word| !word.starts_with(b"#")) {
         super::text::float(word, place)?;

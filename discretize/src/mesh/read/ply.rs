@@ -2,28 +2,23 @@
 
 use glam::DVec3;
 
-use super::text::{Scalar, Text, check_count, unexpected};
-use super::{Failure, Raw, ReadErrorKind, TextPlace, is_padding, nothing, point, vertex_index};
-
-#[derive(Clone, Copy, PartialEq)]
-enum Encoding {
-    Ascii,
-    Little,
-    Big,
-}
+use super::text::{Order, Scalar, Text, unexpected};
+use super::{Raw, ReadError, ReadErrorKind, TextPlace, is_padding, nothing, point, vertex_index};
 
 fn scalar(word: &[u8]) -> Option<Scalar> {
-    Some(match word {
-        b"char" | b"int8" => Scalar::I8,
-        b"uchar" | b"uint8" => Scalar::U8,
-        b"short" | b"int16" => Scalar::I16,
-        b"ushort" | b"uint16" => Scalar::U16,
-        b"int" | b"int32" => Scalar::I32,
-        b"uint" | b"uint32" => Scalar::U32,
-        b"float" | b"float32" => Scalar::F32,
-        b"double" | b"float64" => Scalar::F64,
-        _ => return None,
-    })
+    const NAMES: [&str; 10] = [
+        "char int8",
+        "uchar uint8",
+        "short int16",
+        "ushort uint16",
+        "int int32",
+        "uint uint32",
+        "",
+        "",
+        "float float32",
+        "double float64",
+    ];
+    Scalar::named(word, NAMES)
 }
 
 struct Property {
@@ -55,41 +50,30 @@ enum ElementRole {
     Other,
 }
 
-pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Failure> {
+pub(super) fn parse(bytes: &[u8]) -> Result<Raw, ReadError> {
     let mut raw = Raw::default();
     let mut text = Text::new(bytes);
-    let (encoding, elements) = header(&mut text)?;
+    let elements = header(&mut text)?;
+    let vertices = elements.iter().filter(|e| e.role == ElementRole::Vertex);
     let has = |axis| {
-        let mut vertices = elements.iter().filter(|e| e.role == ElementRole::Vertex);
-        vertices.all(|e| {
-            e.properties
-                .iter()
-                .any(|p| p.role == Role::Coordinate(axis))
-        })
+        let is = |p: &Property| p.role == Role::Coordinate(axis);
+        vertices.clone().all(|e| e.properties.iter().any(is))
     };
     if !(0..3).all(has) {
         return Err(nothing("properties x, y and z of its vertices"));
     }
     let normals = (3..6).all(has);
-    let mut source = Source { text, encoding };
     // Faces may stand before the vertices, so it is the header that says how many there are.
-    let vertices = elements.iter().filter(|e| e.role == ElementRole::Vertex);
     let vertices: i64 = vertices.map(|e| e.count).fold(0, i64::saturating_add);
     let vertices = usize::try_from(vertices).unwrap_or(0);
     for element in &elements {
-        read_element(element, vertices, &mut source, &mut raw)?;
+        read_element(element, vertices, &mut text, &mut raw)?;
     }
-    match encoding {
-        Encoding::Ascii => source.text.end()?,
-        _ if is_padding(source.text.rest()) => {}
-        _ => {
-            return Err(Failure {
-                place: source.place(),
-                kind: ReadErrorKind::Trailing {
-                    bytes: source.text.rest().len(),
-                },
-            });
-        }
+    if text.order.is_none() {
+        text.end()?;
+    } else if !is_padding(text.rest()) {
+        let bytes = text.rest().len();
+        return Err(ReadErrorKind::Trailing { bytes }.at(text.place()));
     }
     if !normals {
         raw.normals.clear();
@@ -97,8 +81,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Failure> {
     Ok(raw)
 }
 
-fn header(text: &mut Text<'_>) -> Result<(Encoding, Vec<Element>), Failure> {
-    let mut encoding = None;
+fn header(text: &mut Text<'_>) -> Result<Vec<Element>, ReadError> {
+    let mut order = None;
     let mut elements: Vec<Element> = Vec::new();
     text.full_line("`ply`")?;
     loop {
@@ -109,10 +93,10 @@ fn header(text: &mut Text<'_>) -> Result<(Encoding, Vec<Element>), Failure> {
         match words.next() {
             Some(b"format") => {
                 let word = words.next().unwrap_or_default();
-                encoding = Some(match word {
-                    b"ascii" => Encoding::Ascii,
-                    b"binary_little_endian" => Encoding::Little,
-                    b"binary_big_endian" => Encoding::Big,
+                order = Some(match word {
+                    b"ascii" => None,
+                    b"binary_little_endian" => Some(Order::Little),
+                    b"binary_big_endian" => Some(Order::Big),
                     _ => return Err(unexpected("a PLY format", word, place)),
                 });
             }
@@ -141,26 +125,19 @@ fn header(text: &mut Text<'_>) -> Result<(Encoding, Vec<Element>), Failure> {
             Some(other) => return Err(unexpected("a PLY header line", other, place)),
         }
     }
-    let encoding = encoding.ok_or_else(|| text.truncated("a format line"))?;
-    Ok((encoding, elements))
+    text.order = order.ok_or_else(|| text.truncated("a format line"))?;
+    Ok(elements)
 }
 
-fn property(words: &mut super::text::Words<'_>) -> Result<Property, Failure> {
+fn property(words: &mut super::text::Words<'_>) -> Result<Property, ReadError> {
     let place = words.place();
     let scalar = |word: Option<&[u8]>| {
         let word = word.unwrap_or_default();
         scalar(word).ok_or_else(|| unexpected("a PLY type", word, place))
     };
-    let first = words.next();
-    let list = if first == Some(b"list") {
-        Some(scalar(words.next())?)
-    } else {
-        None
-    };
-    let value = if list.is_some() {
-        scalar(words.next())?
-    } else {
-        scalar(first)?
+    let (list, value) = match words.next() {
+        Some(b"list") => (Some(scalar(words.next())?), scalar(words.next())?),
+        first => (None, scalar(first)?),
     };
     let role = match (words.next(), list.is_some()) {
         (Some(b"x"), false) => Role::Coordinate(0),
@@ -175,76 +152,49 @@ fn property(words: &mut super::text::Words<'_>) -> Result<Property, Failure> {
     Ok(Property { list, value, role })
 }
 
-/// The values after the header.
-struct Source<'a> {
-    text: Text<'a>,
-    encoding: Encoding,
-}
-
-impl Source<'_> {
-    fn place(&self) -> TextPlace {
-        match self.encoding {
-            Encoding::Ascii => self.text.place(),
-            _ => TextPlace::Byte(self.text.offset()),
-        }
-    }
-
-    #[allow(
-        clippy::cast_possible_truncation,
-        reason = "indices written as floats are rounded down and then checked"
-    )]
-    fn integer(&mut self, kind: Scalar) -> Result<i64, Failure> {
-        if self.encoding == Encoding::Ascii && !kind.is_float() {
-            self.text.integer("an integer")
-        } else {
-            Ok(self.float(kind)? as i64)
-        }
-    }
-
-    fn float(&mut self, kind: Scalar) -> Result<f64, Failure> {
-        if self.encoding == Encoding::Ascii {
-            return self.text.float("a value");
-        }
-        let big = self.encoding == Encoding::Big;
-        self.text.scalar(kind, big, "a value")
+/// An index or count.
+#[allow(
+    clippy::cast_possible_truncation,
+    reason = "indices written as floats are rounded down and then checked"
+)]
+fn integer(text: &mut Text<'_>, kind: Scalar) -> Result<i64, ReadError> {
+    if text.order.is_none() && !kind.is_float() {
+        text.integer("an integer")
+    } else {
+        Ok(text.number(kind, "a value")? as i64)
     }
 }
 
 fn read_element(
     element: &Element,
     vertices: usize,
-    source: &mut Source<'_>,
+    text: &mut Text<'_>,
     raw: &mut Raw,
-) -> Result<(), Failure> {
-    let least = match source.encoding {
-        Encoding::Ascii => 2 * element.properties.len(),
-        _ => element
-            .properties
-            .iter()
-            .map(|p| p.list.unwrap_or(p.value).size())
-            .sum(),
+) -> Result<(), ReadError> {
+    let properties = element.properties.iter();
+    let least = match text.order {
+        None => 2 * properties.len(),
+        Some(_) => properties.map(|p| p.list.unwrap_or(p.value).size()).sum(),
     };
-    let left = source.text.rest().len();
-    let count = check_count(element.count, "elements", least, left, element.place)?;
+    let count = text.checked(element.count, "elements", least, element.place)?;
     if element.properties.is_empty() {
         return Ok(());
     }
     let mut corners = Vec::new();
     for _ in 0..count {
-        let place = source.place();
+        let place = text.place();
         let mut values = [f64::NAN; 6];
         for property in &element.properties {
             if let Some(list) = property.list {
-                let size = source.integer(list)?;
-                let left = source.text.rest().len();
-                let size = check_count(size, "list entries", 1, left, place)?;
+                let size = integer(text, list)?;
+                let size = text.checked(size, "list entries", 1, place)?;
                 let is_corners =
                     property.role == Role::Corners && element.role == ElementRole::Face;
                 if is_corners {
                     corners.clear();
                 }
                 for _ in 0..size {
-                    let v = source.integer(property.value)?;
+                    let v = integer(text, property.value)?;
                     if is_corners {
                         corners.push(vertex_index(v, vertices, place)?);
                     }
@@ -253,7 +203,7 @@ fn read_element(
                     raw.polygon(&corners, place)?;
                 }
             } else {
-                let value = source.float(property.value)?;
+                let value = text.number(property.value, "a value")?;
                 if let Role::Coordinate(axis) = property.role {
                     values[axis] = value;
                 }

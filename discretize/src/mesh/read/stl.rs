@@ -1,7 +1,7 @@
 //! STL: triangles without shared corners, as text or binary.
 
-use super::text::{Scalar, Text, unexpected};
-use super::{Failure, Raw, ReadErrorKind, TextPlace, is_padding, point};
+use super::text::{Order, Scalar, Text, unexpected};
+use super::{Raw, ReadError, ReadErrorKind, TextPlace, is_padding, point};
 use crate::mesh::index;
 
 const HEADER: usize = 84;
@@ -22,7 +22,7 @@ pub(super) fn is_binary(bytes: &[u8]) -> bool {
     exact || bytes[..HEADER].contains(&0)
 }
 
-pub(super) fn parse_binary(bytes: &[u8]) -> Result<Raw, Failure> {
+pub(super) fn parse_binary(bytes: &[u8]) -> Result<Raw, ReadError> {
     let mut raw = Raw::default();
     let mut at = 0;
     // Some tools write one solid after the other, each with a header of its own.
@@ -33,28 +33,20 @@ pub(super) fn parse_binary(bytes: &[u8]) -> Result<Raw, Failure> {
 }
 
 /// Reads the solid whose header begins at a byte; where the next one may begin.
-fn solid(bytes: &[u8], start: usize, raw: &mut Raw) -> Result<usize, Failure> {
+fn solid(bytes: &[u8], start: usize, raw: &mut Raw) -> Result<usize, ReadError> {
     let rest = &bytes[start..];
-    let trailing = Failure {
-        place: TextPlace::Byte(start),
-        kind: ReadErrorKind::Trailing { bytes: rest.len() },
-    };
+    let trailing = ReadErrorKind::Trailing { bytes: rest.len() }.at(TextPlace::Byte(start));
     let Some((header, facets)) = rest.split_at_checked(HEADER) else {
         return Err(trailing);
     };
     let count = u32::from_le_bytes([header[80], header[81], header[82], header[83]]);
     let facets = facets.chunks_exact(FACET);
     if facets.len() < count as usize {
+        let (what, count) = ("triangles", u64::from(count));
         return Err(if start > 0 {
             trailing
         } else {
-            Failure {
-                place: TextPlace::Byte(80),
-                kind: ReadErrorKind::Count {
-                    what: "triangles",
-                    count: u64::from(count),
-                },
-            }
+            ReadErrorKind::Count { what, count }.at(TextPlace::Byte(80))
         });
     }
     let first_facet = start + HEADER;
@@ -62,7 +54,7 @@ fn solid(bytes: &[u8], start: usize, raw: &mut Raw) -> Result<usize, Failure> {
         let first = index(raw.vertices.len());
         for corner in 1..4 {
             let at = 12 * corner;
-            let float = |axis: usize| Scalar::F32.read(&facet[at + 4 * axis..], false);
+            let float = |axis: usize| Scalar::F32.read(&facet[at + 4 * axis..], Order::Little);
             let xyz = [0, 1, 2].map(|axis| float(axis).unwrap_or(f64::NAN));
             let place = TextPlace::Byte(first_facet + f * FACET + at);
             raw.vertices.push(point(xyz, place)?);
@@ -72,7 +64,7 @@ fn solid(bytes: &[u8], start: usize, raw: &mut Raw) -> Result<usize, Failure> {
     Ok(first_facet + count as usize * FACET)
 }
 
-pub(super) fn parse_ascii(bytes: &[u8]) -> Result<Raw, Failure> {
+pub(super) fn parse_ascii(bytes: &[u8]) -> Result<Raw, ReadError> {
     let mut raw = Raw::default();
     let mut text = Text::new(bytes);
     let mut corners = 0;

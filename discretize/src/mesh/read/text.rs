@@ -2,10 +2,17 @@
 
 use glam::DVec3;
 
-use super::{Failure, ReadErrorKind, TextPlace, point};
+use super::{ReadError, ReadErrorKind, TextPlace, point, truncated};
 
 /// Bytes shown of an unexpected word.
 const SHOWN: usize = 24;
+
+/// Byte order of binary numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Order {
+    Little,
+    Big,
+}
 
 /// A binary number of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,6 +30,25 @@ pub(super) enum Scalar {
 }
 
 impl Scalar {
+    /// The type of a name: `names` has those of all types in their order, several words for one.
+    pub(super) fn named(word: &[u8], names: [&str; 10]) -> Option<Self> {
+        let all = [
+            Self::I8,
+            Self::U8,
+            Self::I16,
+            Self::U16,
+            Self::I32,
+            Self::U32,
+            Self::I64,
+            Self::U64,
+            Self::F32,
+            Self::F64,
+        ];
+        let is = |names: &&str| names.split(' ').any(|name| name.as_bytes() == word);
+        let known = names.iter().position(is).map(|k| all[k]);
+        known.filter(|_| !word.is_empty())
+    }
+
     pub(super) fn size(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
@@ -42,13 +68,12 @@ impl Scalar {
         clippy::cast_possible_wrap,
         reason = "bits read as the type that the file names"
     )]
-    pub(super) fn read(self, bytes: &[u8], is_big_endian: bool) -> Option<f64> {
+    pub(super) fn read(self, bytes: &[u8], order: Order) -> Option<f64> {
         let own = bytes.get(..self.size())?;
         let fold = |value: u64, byte: &u8| value << 8 | u64::from(*byte);
-        let bits = if is_big_endian {
-            own.iter().fold(0, fold)
-        } else {
-            own.iter().rev().fold(0, fold)
+        let bits = match order {
+            Order::Big => own.iter().fold(0, fold),
+            Order::Little => own.iter().rev().fold(0, fold),
         };
         Some(match self {
             Self::I8 => f64::from(bits as i8),
@@ -65,11 +90,13 @@ impl Scalar {
     }
 }
 
-/// A text file read line by line or word by word, with blocks of binary numbers; lines end with LF, CR LF or CR.
+/// A file read line by line, word by word or number by number; lines end with LF, CR LF or CR.
 pub(super) struct Text<'a> {
     bytes: &'a [u8],
     at: usize,
     line: usize,
+    /// Byte order of the numbers; `None` where they are words.
+    pub(super) order: Option<Order>,
 }
 
 /// The words of one line.
@@ -85,6 +112,7 @@ impl<'a> Text<'a> {
             bytes,
             at: 0,
             line: 1,
+            order: None,
         }
     }
 
@@ -93,29 +121,34 @@ impl<'a> Text<'a> {
         &self.bytes[self.at..]
     }
 
-    pub(super) fn offset(&self) -> usize {
-        self.at
-    }
-
     pub(super) fn skip(&mut self, bytes: usize) {
         self.at = (self.at + bytes).min(self.bytes.len());
     }
 
-    pub(super) fn place(&self) -> TextPlace {
+    /// Where the next line or word is.
+    pub(super) fn line_place(&self) -> TextPlace {
         TextPlace::Line(self.line)
     }
 
-    /// The next binary number.
-    pub(super) fn scalar(
+    /// Where the next number is.
+    pub(super) fn place(&self) -> TextPlace {
+        match self.order {
+            Some(_) => TextPlace::Byte(self.at),
+            None => self.line_place(),
+        }
+    }
+
+    /// The next number, of a type where it is binary.
+    pub(super) fn number(
         &mut self,
         kind: Scalar,
-        is_big_endian: bool,
         expected: &'static str,
-    ) -> Result<f64, Failure> {
-        let value = kind.read(self.rest(), is_big_endian).ok_or(Failure {
-            place: TextPlace::Byte(self.at),
-            kind: ReadErrorKind::Truncated { expected },
-        })?;
+    ) -> Result<f64, ReadError> {
+        let Some(order) = self.order else {
+            return float(self.need(expected)?, self.line_place());
+        };
+        let value = kind.read(self.rest(), order);
+        let value = value.ok_or_else(|| truncated(expected, self.place()))?;
         self.skip(kind.size());
         Ok(value)
     }
@@ -125,13 +158,8 @@ impl<'a> Text<'a> {
         clippy::cast_possible_truncation,
         reason = "whole numbers; larger ones saturate"
     )]
-    pub(super) fn whole(
-        &mut self,
-        kind: Scalar,
-        is_big_endian: bool,
-        expected: &'static str,
-    ) -> Result<i64, Failure> {
-        Ok(self.scalar(kind, is_big_endian, expected)? as i64)
+    pub(super) fn whole(&mut self, kind: Scalar, expected: &'static str) -> Result<i64, ReadError> {
+        Ok(self.number(kind, expected)? as i64)
     }
 
     /// The next line; `None` at the end.
@@ -155,7 +183,7 @@ impl<'a> Text<'a> {
     }
 
     /// The next line with a word on it that is no comment.
-    pub(super) fn full_line(&mut self, expected: &'static str) -> Result<Words<'a>, Failure> {
+    pub(super) fn full_line(&mut self, expected: &'static str) -> Result<Words<'a>, ReadError> {
         while let Some(words) = self.line() {
             if words.peek().is_some_and(|word| !word.starts_with(b"#")) {
                 return Ok(words);
@@ -195,44 +223,45 @@ impl<'a> Text<'a> {
         (end > 0).then(|| &rest[..end])
     }
 
-    pub(super) fn need(&mut self, expected: &'static str) -> Result<&'a [u8], Failure> {
+    pub(super) fn need(&mut self, expected: &'static str) -> Result<&'a [u8], ReadError> {
         self.word().ok_or_else(|| self.truncated(expected))
     }
 
-    pub(super) fn float(&mut self, expected: &'static str) -> Result<f64, Failure> {
+    pub(super) fn integer(&mut self, expected: &'static str) -> Result<i64, ReadError> {
         let word = self.need(expected)?;
-        float(word, self.place())
-    }
-
-    pub(super) fn integer(&mut self, expected: &'static str) -> Result<i64, Failure> {
-        let word = self.need(expected)?;
-        integer(word, self.place(), expected)
+        integer(word, self.line_place(), expected)
     }
 
     /// A count of things that take at least `least` bytes each of what follows.
-    pub(super) fn count(&mut self, what: &'static str, least: usize) -> Result<usize, Failure> {
+    pub(super) fn count(&mut self, what: &'static str, least: usize) -> Result<usize, ReadError> {
         let value = self.integer(what)?;
-        check_count(value, what, least, self.rest().len(), self.place())
+        self.checked(value, what, least, self.line_place())
+    }
+
+    /// The same for a count that was read.
+    pub(super) fn checked(
+        &self,
+        value: i64,
+        what: &'static str,
+        least: usize,
+        place: TextPlace,
+    ) -> Result<usize, ReadError> {
+        check_count(value, what, least, self.rest().len(), place)
     }
 
     /// The end of the file: only white space and comments may follow.
-    pub(super) fn end(&mut self) -> Result<(), Failure> {
+    pub(super) fn end(&mut self) -> Result<(), ReadError> {
         match self.full_line("") {
             Err(_) => Ok(()),
-            Ok(words) => Err(Failure {
-                place: words.place(),
-                kind: ReadErrorKind::Trailing {
-                    bytes: self.rest().len() + words.rest.len(),
-                },
-            }),
+            Ok(words) => {
+                let bytes = self.rest().len() + words.rest.len();
+                Err(ReadErrorKind::Trailing { bytes }.at(words.place()))
+            }
         }
     }
 
-    pub(super) fn truncated(&self, expected: &'static str) -> Failure {
-        Failure {
-            place: self.place(),
-            kind: ReadErrorKind::Truncated { expected },
-        }
+    pub(super) fn truncated(&self, expected: &'static str) -> ReadError {
+        truncated(expected, self.line_place())
     }
 }
 
@@ -251,7 +280,7 @@ impl<'a> Words<'a> {
     }
 
     /// Three coordinates.
-    pub(super) fn point(&mut self) -> Result<DVec3, Failure> {
+    pub(super) fn point(&mut self) -> Result<DVec3, ReadError> {
         let mut xyz = [0.0; 3];
         for x in &mut xyz {
             *x = self.float("three coordinates")?;
@@ -259,22 +288,19 @@ impl<'a> Words<'a> {
         point(xyz, self.place())
     }
 
-    pub(super) fn float(&mut self, expected: &'static str) -> Result<f64, Failure> {
+    pub(super) fn float(&mut self, expected: &'static str) -> Result<f64, ReadError> {
         let place = self.place();
-        let word = self.next().ok_or(Failure {
-            place,
-            kind: ReadErrorKind::Truncated { expected },
-        })?;
-        float(word, place)
+        float(self.need(expected)?, place)
     }
 
-    pub(super) fn integer(&mut self, expected: &'static str) -> Result<i64, Failure> {
+    pub(super) fn integer(&mut self, expected: &'static str) -> Result<i64, ReadError> {
         let place = self.place();
-        let word = self.next().ok_or(Failure {
-            place,
-            kind: ReadErrorKind::Truncated { expected },
-        })?;
-        integer(word, place, expected)
+        integer(self.need(expected)?, place, expected)
+    }
+
+    fn need(&mut self, expected: &'static str) -> Result<&'a [u8], ReadError> {
+        let place = self.place();
+        self.next().ok_or_else(|| truncated(expected, place))
     }
 }
 
@@ -289,19 +315,22 @@ impl<'a> Iterator for Words<'a> {
     }
 }
 
-pub(super) fn unexpected(expected: &'static str, found: &[u8], place: TextPlace) -> Failure {
-    let shown = String::from_utf8_lossy(&found[..found.len().min(SHOWN)]).into_owned();
-    Failure {
-        place,
-        kind: ReadErrorKind::Unexpected {
-            expected,
-            found: shown,
-        },
-    }
+/// A number that should not stand there.
+pub(super) fn unexpected_number(
+    expected: &'static str,
+    found: &dyn std::fmt::Display,
+    place: TextPlace,
+) -> ReadError {
+    unexpected(expected, found.to_string().as_bytes(), place)
+}
+
+pub(super) fn unexpected(expected: &'static str, found: &[u8], place: TextPlace) -> ReadError {
+    let found = String::from_utf8_lossy(&found[..found.len().min(SHOWN)]).into_owned();
+    ReadErrorKind::Unexpected { expected, found }.at(place)
 }
 
 /// A finite number.
-pub(super) fn float(word: &[u8], place: TextPlace) -> Result<f64, Failure> {
+pub(super) fn float(word: &[u8], place: TextPlace) -> Result<f64, ReadError> {
     let value: f64 = std::str::from_utf8(word)
         .ok()
         .and_then(|w| w.parse().ok())
@@ -309,10 +338,7 @@ pub(super) fn float(word: &[u8], place: TextPlace) -> Result<f64, Failure> {
     if value.is_finite() {
         Ok(value)
     } else {
-        Err(Failure {
-            place,
-            kind: ReadErrorKind::NotFinite,
-        })
+        Err(ReadErrorKind::NotFinite.at(place))
     }
 }
 
@@ -320,7 +346,7 @@ pub(super) fn integer(
     word: &[u8],
     place: TextPlace,
     expected: &'static str,
-) -> Result<i64, Failure> {
+) -> Result<i64, ReadError> {
     std::str::from_utf8(word)
         .ok()
         .and_then(|w| w.parse().ok())
@@ -334,15 +360,12 @@ pub(super) fn check_count(
     least: usize,
     left: usize,
     place: TextPlace,
-) -> Result<usize, Failure> {
+) -> Result<usize, ReadError> {
     match usize::try_from(value) {
         Ok(count) if count.saturating_mul(least.max(1)) <= left.saturating_add(1) => Ok(count),
-        _ => Err(Failure {
-            place,
-            kind: ReadErrorKind::Count {
-                what,
-                count: value.unsigned_abs(),
-            },
-        }),
+        _ => {
+            let count = value.unsigned_abs();
+            Err(ReadErrorKind::Count { what, count }.at(place))
+        }
     }
 }

@@ -1,13 +1,15 @@
 //! VTK XML: unstructured grids and polydata; arrays as text, base64 or raw bytes, plain or zlib.
 
-use super::text::{Scalar, Text, check_count, unexpected};
-use super::{Failure, Raw, ReadErrorKind, TextPlace, out_of_range, point, vtk};
+use super::text::{Order, Scalar, Text, check_count, unexpected};
+use super::vtk::{self, POLYGON, STRIP};
+use super::{Raw, ReadError, TextPlace, out_of_range, point, truncated, unsupported};
 
 /// Most bytes that a byte of zlib data can become (a deflate block of one repeated match).
 const LARGEST_RATIO: usize = 1100;
-/// VTK's cell types of the lists in polydata.
-const POLYGON: i64 = 7;
-const STRIP: i64 = 6;
+/// Types of arrays.
+const NAMES: [&str; 10] = [
+    "Int8", "UInt8", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64", "Float32", "Float64",
+];
 
 /// An opening tag with its attributes.
 struct Tag<'a> {
@@ -38,19 +40,17 @@ impl<'a> Tag<'a> {
         TextPlace::Byte(self.at)
     }
 
-    fn need(&self, name: &'static str) -> Result<&'a [u8], Failure> {
-        self.get(name).ok_or(Failure {
-            place: self.place(),
-            kind: ReadErrorKind::Truncated { expected: name },
-        })
+    fn need(&self, name: &'static str) -> Result<&'a [u8], ReadError> {
+        self.get(name).ok_or_else(|| truncated(name, self.place()))
     }
 }
 
 /// How the values of the file are written.
 struct Reader<'a> {
     bytes: &'a [u8],
-    big: bool,
-    wide_header: bool,
+    order: Order,
+    /// Type of the sizes before a block.
+    header: Scalar,
     zlib: bool,
     /// Start of the appended data and whether it is base64.
     appended: Option<(usize, bool)>,
@@ -64,12 +64,12 @@ struct Lists<'a> {
     types: Option<Tag<'a>>,
 }
 
-pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Failure> {
+pub(super) fn parse(bytes: &[u8]) -> Result<Raw, ReadError> {
     let mut raw = Raw::default();
     let mut reader = Reader {
         bytes,
-        big: false,
-        wide_header: false,
+        order: Order::Little,
+        header: Scalar::U32,
         zlib: false,
         appended: None,
     };
@@ -155,42 +155,38 @@ fn tags(bytes: &[u8]) -> Vec<Tag<'_>> {
 }
 
 impl Reader<'_> {
-    fn open(&mut self, tag: &Tag<'_>) -> Result<(), Failure> {
+    fn open(&mut self, tag: &Tag<'_>) -> Result<(), ReadError> {
         let kind = tag.need("type")?;
         if kind != b"UnstructuredGrid" && kind != b"PolyData" {
-            return Err(unexpected(
-                "UnstructuredGrid or PolyData",
-                kind,
-                tag.place(),
-            ));
+            let expected = "UnstructuredGrid or PolyData";
+            return Err(unexpected(expected, kind, tag.place()));
         }
-        self.big = tag.get("byte_order") == Some(b"BigEndian");
-        self.wide_header = tag.get("header_type") == Some(b"UInt64");
+        if tag.get("byte_order") == Some(b"BigEndian") {
+            self.order = Order::Big;
+        }
+        if tag.get("header_type") == Some(b"UInt64") {
+            self.header = Scalar::U64;
+        }
         self.zlib = match tag.get("compressor") {
             None => false,
             Some(b"vtkZLibDataCompressor") => true,
             Some(_) => {
-                return Err(Failure {
-                    place: tag.place(),
-                    kind: ReadErrorKind::Unsupported {
-                        what: "VTK XML files compressed by LZ4 or LZMA",
-                        fix: "write them with zlib or without compression",
-                    },
-                });
+                let what = "VTK XML files compressed by LZ4 or LZMA";
+                let fix = "write them with zlib or without compression";
+                return Err(unsupported(what, fix, tag.place()));
             }
         };
         Ok(())
     }
 
-    fn points(&self, tag: &Tag<'_>, raw: &mut Raw) -> Result<(), Failure> {
+    fn points(&self, tag: &Tag<'_>, raw: &mut Raw) -> Result<(), ReadError> {
         let kind = tag.need("type")?;
         if kind != b"Float32" && kind != b"Float64" {
             return Err(unexpected("Float32 or Float64", kind, tag.place()));
         }
         let values = self.values(tag)?;
-        for xyz in values.chunks_exact(3) {
-            raw.vertices
-                .push(point([xyz[0], xyz[1], xyz[2]], tag.place())?);
+        for &xyz in values.as_chunks::<3>().0 {
+            raw.vertices.push(point(xyz, tag.place())?);
         }
         Ok(())
     }
@@ -202,7 +198,7 @@ impl Reader<'_> {
         lists: &mut Lists<'_>,
         first: usize,
         raw: &mut Raw,
-    ) -> Result<(), Failure> {
+    ) -> Result<(), ReadError> {
         let kind = match section {
             b"Polys" => Some(POLYGON),
             b"Strips" => Some(STRIP),
@@ -222,11 +218,7 @@ impl Reader<'_> {
             (_, kind) => vec![kind.unwrap_or(POLYGON); ends.len()],
         };
         if types.len() != ends.len() {
-            let expected = "a type for every cell";
-            return Err(Failure {
-                place,
-                kind: ReadErrorKind::Truncated { expected },
-            });
+            return Err(truncated("a type for every cell", place));
         }
         let shift = i64::try_from(first).unwrap_or(i64::MAX);
         let mut cells = Vec::with_capacity(ends.len());
@@ -249,13 +241,13 @@ impl Reader<'_> {
         clippy::cast_possible_truncation,
         reason = "whole numbers up to 2^53; larger ones are out of range anyway"
     )]
-    fn integers(&self, tag: &Tag<'_>) -> Result<Vec<i64>, Failure> {
+    fn integers(&self, tag: &Tag<'_>) -> Result<Vec<i64>, ReadError> {
         let values = self.values(tag)?;
         Ok(values.into_iter().map(|v| v as i64).collect())
     }
 
     /// The values of an array.
-    fn values(&self, tag: &Tag<'_>) -> Result<Vec<f64>, Failure> {
+    fn values(&self, tag: &Tag<'_>) -> Result<Vec<f64>, ReadError> {
         let content = &self.bytes[tag.content..];
         let end = content.iter().position(|b| *b == b'<');
         let inline = &content[..end.unwrap_or(content.len())];
@@ -272,12 +264,9 @@ impl Reader<'_> {
             b"appended" => {
                 let word = tag.need("offset")?;
                 let offset = super::text::integer(word, tag.place(), "an offset")?;
-                let (start, base64) = self.appended.ok_or(Failure {
-                    place: tag.place(),
-                    kind: ReadErrorKind::Truncated {
-                        expected: "AppendedData",
-                    },
-                })?;
+                let start = self.appended;
+                let (start, base64) =
+                    start.ok_or_else(|| truncated("AppendedData", tag.place()))?;
                 let left = self.bytes.len() - start;
                 let offset = check_count(offset, "bytes", 1, left, tag.place())?;
                 let data = self.bytes.get(start + offset..).unwrap_or_default();
@@ -293,20 +282,16 @@ impl Reader<'_> {
     }
 
     /// Values of a block of bytes with its header of sizes.
-    fn decode(&self, tag: &Tag<'_>, data: &[u8]) -> Result<Vec<f64>, Failure> {
+    fn decode(&self, tag: &Tag<'_>, data: &[u8]) -> Result<Vec<f64>, ReadError> {
         let place = tag.place();
-        let kind = if self.wide_header {
-            Scalar::U64
-        } else {
-            Scalar::U32
-        };
+        let kind = self.header;
         let mut at = 0;
         #[allow(
             clippy::cast_possible_truncation,
             reason = "a size; beyond 2^53 more than any file holds"
         )]
-        let mut header = || -> Result<usize, Failure> {
-            let value = data.get(at..).and_then(|b| kind.read(b, self.big));
+        let mut header = || -> Result<usize, ReadError> {
+            let value = data.get(at..).and_then(|b| kind.read(b, self.order));
             at += kind.size();
             let value = value.ok_or_else(|| truncated("the size of an array", place))?;
             Ok(value as usize)
@@ -343,36 +328,18 @@ impl Reader<'_> {
         self.numbers(tag, &out)
     }
 
-    fn numbers(&self, tag: &Tag<'_>, bytes: &[u8]) -> Result<Vec<f64>, Failure> {
+    fn numbers(&self, tag: &Tag<'_>, bytes: &[u8]) -> Result<Vec<f64>, ReadError> {
         let kind = tag.need("type")?;
-        let scalar = match kind {
-            b"Int8" => Scalar::I8,
-            b"UInt8" => Scalar::U8,
-            b"Int16" => Scalar::I16,
-            b"UInt16" => Scalar::U16,
-            b"Int32" => Scalar::I32,
-            b"UInt32" => Scalar::U32,
-            b"Int64" => Scalar::I64,
-            b"UInt64" => Scalar::U64,
-            b"Float32" => Scalar::F32,
-            b"Float64" => Scalar::F64,
-            _ => return Err(unexpected("a VTK type", kind, tag.place())),
-        };
+        let scalar = Scalar::named(kind, NAMES);
+        let scalar = scalar.ok_or_else(|| unexpected("a VTK type", kind, tag.place()))?;
         let values = bytes.chunks_exact(scalar.size());
-        Ok(values.filter_map(|b| scalar.read(b, self.big)).collect())
-    }
-}
-
-fn truncated(expected: &'static str, place: TextPlace) -> Failure {
-    Failure {
-        place,
-        kind: ReadErrorKind::Truncated { expected },
+        Ok(values.filter_map(|b| scalar.read(b, self.order)).collect())
     }
 }
 
 /// Bytes of base64 text. Padding may end any group of four, as where a header and data were
 /// written one after the other.
-fn unbase64(text: &[u8], place: TextPlace) -> Result<Vec<u8>, Failure> {
+fn unbase64(text: &[u8], place: TextPlace) -> Result<Vec<u8>, ReadError> {
     let mut out = Vec::with_capacity(text.len() / 4 * 3);
     let (mut bits, mut count, mut padding) = (0_u32, 0, 0);
     for &byte in text.iter().filter(|b| !b.is_ascii_whitespace()) {
