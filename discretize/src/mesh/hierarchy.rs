@@ -1,6 +1,7 @@
 //! A box hierarchy over triangles: closest point, winding number, crossings of a segment.
 
 use std::f64::consts::PI;
+use std::ops::Range;
 
 use glam::DVec3;
 
@@ -25,6 +26,14 @@ struct Node {
     next: u32,
     /// Triangles of a leaf, 0 for inner nodes.
     count: u32,
+}
+
+impl Node {
+    /// Corners of a leaf.
+    fn entries(&self) -> Range<usize> {
+        let first = self.next as usize;
+        first..first + self.count as usize
+    }
 }
 
 /// Hierarchy of axis-aligned boxes over the triangles of one mesh.
@@ -104,8 +113,7 @@ impl Hierarchy {
                 sum +=
                     node.dipole.dot(to) / (4.0 * PI * distance_squared * distance_squared.sqrt());
             } else if node.count > 0 {
-                let first = node.next as usize;
-                for corners in &self.corners[first..first + node.count as usize] {
+                for corners in &self.corners[node.entries()] {
                     sum += solid_angle(corners, p) / (4.0 * PI);
                 }
             } else {
@@ -138,8 +146,7 @@ impl Hierarchy {
             }
             let node = &self.nodes[at as usize];
             if node.count > 0 {
-                let first = node.next as usize;
-                for entry in first..first + node.count as usize {
+                for entry in node.entries() {
                     let point = closest_on_triangle(&self.corners[entry], p);
                     let distance_squared = point.distance_squared(p);
                     if distance_squared < best_squared {
@@ -152,14 +159,10 @@ impl Hierarchy {
                     }
                 }
             } else {
-                let near = (
-                    at + 1,
-                    self.nodes[at as usize + 1].bounds.distance_squared(p),
-                );
-                let far = (
-                    node.next,
-                    self.nodes[node.next as usize].bounds.distance_squared(p),
-                );
+                let [near, far] = [at + 1, node.next].map(|child| {
+                    let bounds = &self.nodes[child as usize].bounds;
+                    (child, bounds.distance_squared(p))
+                });
                 let (near, far) = if far.1 < near.1 {
                     (far, near)
                 } else {
@@ -175,66 +178,51 @@ impl Hierarchy {
 
     /// Appends every crossing of the segment from `a` to `b`, unsorted.
     pub fn crossings_into(&self, a: DVec3, b: DVec3, out: &mut Vec<Crossing>) {
-        if self.nodes.is_empty() {
-            return;
-        }
         let direction = b - a;
-        let box_of_segment = Bounds::of([a, b]);
-        let mut stack = [0_u32; 64];
-        let mut depth = 1;
-        while depth > 0 {
-            depth -= 1;
-            let at = stack[depth] as usize;
-            let node = &self.nodes[at];
-            let apart = box_of_segment.min.cmpgt(node.bounds.max)
-                | node.bounds.min.cmpgt(box_of_segment.max);
-            if apart.any() {
-                continue;
+        self.visit(&Bounds::of([a, b]), |entry| {
+            if let Some(parameter) = segment_parameter(&self.corners[entry], a, direction) {
+                let triangle = self.ids[entry];
+                out.push(Crossing {
+                    parameter,
+                    triangle,
+                });
             }
-            if node.count > 0 {
-                let first = node.next as usize;
-                for entry in first..first + node.count as usize {
-                    if let Some(parameter) = segment_parameter(&self.corners[entry], a, direction) {
-                        out.push(Crossing {
-                            parameter,
-                            triangle: self.ids[entry],
-                        });
-                    }
-                }
-            } else {
-                stack[depth] = node.next;
-                stack[depth + 1] = index(at + 1);
-                depth += 2;
-            }
-        }
+        });
     }
 
     /// Appends every triangle whose box touches the given box, unsorted.
     pub fn touching_into(&self, bounds: &Bounds, out: &mut Vec<u32>) {
+        self.visit(bounds, |entry| {
+            if !apart(&Bounds::of(self.corners[entry]), bounds) {
+                out.push(self.ids[entry]);
+            }
+        });
+    }
+
+    /// Calls `entry` for the triangles of all leaves whose box touches the given one.
+    fn visit(&self, bounds: &Bounds, mut entry: impl FnMut(usize)) {
         let mut stack = [0_u32; 64];
         let mut depth = usize::from(!self.nodes.is_empty());
-        let apart = |b: &Bounds| (b.min.cmpgt(bounds.max) | bounds.min.cmpgt(b.max)).any();
         while depth > 0 {
             depth -= 1;
-            let at = stack[depth] as usize;
-            let node = &self.nodes[at];
-            if apart(&node.bounds) {
+            let at = stack[depth];
+            let node = &self.nodes[at as usize];
+            if apart(&node.bounds, bounds) {
                 continue;
             }
             if node.count > 0 {
-                let first = node.next as usize;
-                for entry in first..first + node.count as usize {
-                    if !apart(&Bounds::of(self.corners[entry])) {
-                        out.push(self.ids[entry]);
-                    }
-                }
+                node.entries().for_each(&mut entry);
             } else {
                 stack[depth] = node.next;
-                stack[depth + 1] = index(at + 1);
+                stack[depth + 1] = at + 1;
                 depth += 2;
             }
         }
     }
+}
+
+fn apart(a: &Bounds, b: &Bounds) -> bool {
+    (a.min.cmpgt(b.max) | b.min.cmpgt(a.max)).any()
 }
 
 fn build(corners: &[[DVec3; 3]], items: &mut [(DVec3, u32)], first: usize, nodes: &mut Vec<Node>) {

@@ -1,6 +1,6 @@
 //! From a surface as it comes to the boundary of a solid, with a report.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::fmt;
 
 use glam::DVec3;
@@ -269,22 +269,14 @@ fn weld(mesh: &mut Mesh, tolerance: f64) -> usize {
     for &p in &mesh.vertices {
         let key = |x: DVec3| ((x - origin) / cell).floor().to_array().map(|c| c as i64);
         let (low, high) = (key(p - tolerance), key(p + tolerance));
-        let mut found = u32::MAX;
-        for x in low[0]..=high[0] {
-            for y in low[1]..=high[1] {
-                for z in low[2]..=high[2] {
-                    for &v in grid.get(&[x, y, z]).map_or(&[][..], Vec::as_slice) {
-                        let near =
-                            vertices[v as usize].distance_squared(p) <= tolerance * tolerance;
-                        if near && v < found {
-                            found = v;
-                        }
-                    }
-                }
-            }
-        }
-        if found == u32::MAX {
-            found = index(vertices.len());
+        let axis = |axis: usize| low[axis]..=high[axis];
+        let cells =
+            axis(0).flat_map(|x| axis(1).flat_map(move |y| axis(2).map(move |z| [x, y, z])));
+        let near = cells.filter_map(|cell| grid.get(&cell)).flatten();
+        let near =
+            near.filter(|v| vertices[**v as usize].distance_squared(p) <= tolerance * tolerance);
+        let found = near.min().copied().unwrap_or_else(|| index(vertices.len()));
+        if found as usize == vertices.len() {
             vertices.push(p);
             grid.entry(key(p)).or_default().push(found);
         }
@@ -304,27 +296,11 @@ fn drop_bad(mesh: &mut Mesh) -> (usize, usize) {
     mesh.triangles
         .retain(|[a, b, c]| a != b && b != c && c != a);
     let degenerate = before - mesh.triangles.len();
-    let mut keyed: Vec<([u32; 3], u32)> = mesh
-        .triangles
-        .iter()
-        .enumerate()
-        .map(|(t, corners)| {
-            let mut key = *corners;
-            key.sort_unstable();
-            (key, index(t))
-        })
-        .collect();
-    keyed.sort_unstable();
-    let mut drop = vec![false; mesh.triangles.len()];
-    for pair in keyed.windows(2) {
-        if pair[0].0 == pair[1].0 {
-            drop[pair[1].1 as usize] = true;
-        }
-    }
-    let mut at = 0;
-    mesh.triangles.retain(|_| {
-        at += 1;
-        !drop[at - 1]
+    let mut seen = HashSet::with_capacity(mesh.triangles.len());
+    mesh.triangles.retain(|corners| {
+        let mut key = *corners;
+        key.sort_unstable();
+        seen.insert(key)
     });
     (degenerate, before - degenerate - mesh.triangles.len())
 }
@@ -463,12 +439,9 @@ fn drop_parts(mesh: &mut Mesh, part_of: &[u32], buried: &[bool], fraction: f64) 
     }
     let largest = volumes.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
     let is_speck = |part: usize| volumes[part].abs() < fraction * largest;
-    let mut at = 0;
-    mesh.triangles.retain(|_| {
-        at += 1;
-        let part = part_of[at - 1] as usize;
-        !is_speck(part) && !buried[part]
-    });
+    let mut parts = part_of.iter().map(|part| *part as usize);
+    let stays = |part: usize| !is_speck(part) && !buried[part];
+    mesh.triangles.retain(|_| parts.next().is_some_and(stays));
     let specks = (0..buried.len()).filter(|part| is_speck(*part)).count();
     let others = (0..buried.len()).filter(|part| buried[*part] && !is_speck(*part));
     (specks, others.count())

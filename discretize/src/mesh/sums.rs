@@ -71,6 +71,28 @@ pub fn boundary_triangles(
     out
 }
 
+/// Entries by row: where each row starts and where the last ends, and the rows one after the other, each in
+/// the order in which it was given.
+pub(crate) fn rows<T: Copy + Default>(
+    count: usize,
+    entries: impl Iterator<Item = (u32, T)> + Clone,
+) -> (Vec<usize>, Vec<T>) {
+    let mut offsets = vec![0; count + 1];
+    for (row, _) in entries.clone() {
+        offsets[row as usize + 1] += 1;
+    }
+    for i in 0..count {
+        offsets[i + 1] += offsets[i];
+    }
+    let mut next = offsets.clone();
+    let mut values = vec![T::default(); offsets[count]];
+    for (row, value) in entries {
+        values[next[row as usize]] = value;
+        next[row as usize] += 1;
+    }
+    (offsets, values)
+}
+
 /// The graph of tetrahedra's edges as symmetric CSR without self entries: `offsets`
 /// (`node_count + 1`) and `indices`, rows sorted.
 ///

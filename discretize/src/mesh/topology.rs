@@ -1,6 +1,7 @@
 //! Edges of a triangle mesh: neighbours, orientation, holes, parts, genus.
 
-use crate::mesh::union_find::{find, group};
+use crate::mesh::sums::rows;
+use crate::mesh::union_find::Groups;
 use crate::mesh::{Mesh, index};
 
 /// One side of a triangle.
@@ -35,7 +36,7 @@ impl Edges {
         Self { sides }
     }
 
-    fn groups(&self) -> impl Iterator<Item = &[Side]> {
+    fn groups(&self) -> impl Iterator<Item = &[Side]> + Clone {
         self.sides.chunk_by(|a, b| a.ends == b.ends)
     }
 
@@ -57,17 +58,13 @@ impl Edges {
     /// two; at an edge of more, sheets that do not close there by themselves are joined too, so that
     /// two bodies that share an edge stay two.
     pub(crate) fn parts(&self, triangles: usize) -> (Vec<u32>, usize) {
-        let mut root: Vec<u32> = (0..triangles).map(index).collect();
-        let join = |root: &mut [u32], s: u32, t: u32| {
-            let (a, b) = (find(root, s), find(root, t));
-            root[a.max(b) as usize] = a.min(b);
-        };
+        let mut joined = Groups::new(triangles);
         for g in self.groups() {
             if let [s, t] = g {
-                join(&mut root, s.triangle, t.triangle);
+                joined.join(s.triangle, t.triangle);
             }
         }
-        let sheets: Vec<u32> = (0..triangles).map(|t| find(&mut root, index(t))).collect();
+        let sheets: Vec<u32> = (0..triangles).map(|t| joined.find(index(t))).collect();
         for g in self.groups().filter(|g| g.len() > 2) {
             let surplus = |sheet: u32| -> i32 {
                 let own = g.iter().filter(|s| sheets[s.triangle as usize] == sheet);
@@ -78,10 +75,12 @@ impl Edges {
                 .map(|s| sheets[s.triangle as usize])
                 .filter(|sheet| surplus(*sheet) != 0);
             if let Some(first) = open.next() {
-                open.for_each(|other| join(&mut root, first, other));
+                for other in open {
+                    joined.join(first, other);
+                }
             }
         }
-        group(&mut root)
+        joined.numbers(0..index(triangles))
     }
 
     /// Sum of the parts' genus by Euler's formula `V - E + F = 2 (parts - genus)`; vertices where
@@ -89,7 +88,7 @@ impl Edges {
     pub(crate) fn genus(&self, mesh: &Mesh, parts: usize) -> Option<usize> {
         // A vertex per fan: corners of triangles joined over edges at the vertex.
         let corners = 3 * mesh.triangles.len();
-        let mut root: Vec<u32> = (0..corners).map(index).collect();
+        let mut fans = Groups::new(corners);
         let corner_of = |t: u32, v: u32| {
             let place = mesh.triangles[t as usize].iter().position(|c| *c == v);
             3 * t + index(place.expect("the side's end is a corner of its triangle"))
@@ -97,13 +96,11 @@ impl Edges {
         for g in self.groups() {
             if let [s, t] = g {
                 for end in s.ends {
-                    let a = find(&mut root, corner_of(s.triangle, end));
-                    let b = find(&mut root, corner_of(t.triangle, end));
-                    root[a.max(b) as usize] = a.min(b);
+                    fans.join(corner_of(s.triangle, end), corner_of(t.triangle, end));
                 }
             }
         }
-        let (_, vertices) = group(&mut root);
+        let (_, vertices) = fans.numbers(0..index(corners));
         let edges = self.groups().count();
         let twice = (2 * parts + edges).checked_sub(vertices + mesh.triangles.len())?;
         (twice % 2 == 0).then_some(twice / 2)
@@ -115,29 +112,15 @@ impl Edges {
 /// side, as a Moebius strip does.
 pub(crate) fn orient(mesh: &mut Mesh, edges: &Edges) -> Result<usize, u32> {
     let n = mesh.triangles.len();
-    // Neighbours as CSR: (other triangle, whether both run the edge the same way).
-    let mut offsets = vec![0_usize; n + 1];
-    let pairs = || {
-        edges.groups().filter_map(|g| match g {
-            [a, b] => Some((a.triangle, b.triangle, a.forward == b.forward)),
-            _ => None,
-        })
-    };
-    for (a, b, _) in pairs() {
-        offsets[a as usize + 1] += 1;
-        offsets[b as usize + 1] += 1;
-    }
-    for t in 0..n {
-        offsets[t + 1] += offsets[t];
-    }
-    let mut fill = offsets.clone();
-    let mut neighbours = vec![(0, false); offsets[n]];
-    for (a, b, same) in pairs() {
-        for (from, to) in [(a, b), (b, a)] {
-            neighbours[fill[from as usize]] = (to, same);
-            fill[from as usize] += 1;
-        }
-    }
+    // Neighbours over two-sided edges, and whether both run the edge the same way.
+    let pairs = edges.groups().filter_map(|g| match g {
+        [a, b] => Some((a.triangle, b.triangle, a.forward == b.forward)),
+        _ => None,
+    });
+    let (offsets, neighbours) = rows(
+        n,
+        pairs.flat_map(|(a, b, same)| [(a, (b, same)), (b, (a, same))]),
+    );
     let mut turned = vec![None; n];
     let mut total = 0;
     let mut sheet = Vec::new();

@@ -3,8 +3,9 @@
 
 use glam::DVec3;
 
-use crate::mesh::sums::{boundary_triangles, tetrahedra_edges};
-use crate::mesh::{Bounds, Mesh};
+use crate::mesh::Bounds;
+use crate::mesh::sums::tetrahedra_edges;
+use crate::sampling::background::Background;
 use crate::sampling::counts::{MEAN_EDGE, SHIFT, SURFACE_NODES, model, solve_cell, too_fine};
 use crate::sampling::error::SampleError;
 use crate::sampling::graded::Graded;
@@ -140,15 +141,10 @@ impl<'a> Filler<'a> {
     }
 
     fn body(&self, largest: usize) -> Slimness<'a> {
-        let solid = self.oracle.solid;
-        Slimness::new(solid, solid.measures(), largest, usize::MAX, model)
+        Slimness::new(self.oracle.solid, largest, usize::MAX, model)
     }
 
-    fn stuff(
-        &self,
-        background: &dyn crate::sampling::background::Background,
-        cell: f64,
-    ) -> Result<Stuffed, SampleError> {
+    fn stuff(&self, background: &dyn Background, cell: f64) -> Result<Stuffed, SampleError> {
         let stuffed = stuff(background, self.oracle)?;
         if stuffed.tetrahedra.is_empty() || slimness::is_mostly_lost(self.oracle.solid, &stuffed) {
             return Err(self.body(self.settings.largest_lattice).vanished(cell));
@@ -176,10 +172,8 @@ impl<'a> Filler<'a> {
     #[allow(clippy::cast_possible_truncation, reason = "counts")]
     fn search_once(&self, wanted: usize) -> Result<(Stuffed, f64), SampleError> {
         if wanted < LEAST_NODES {
-            return Err(SampleError::TooFewNodes {
-                nodes: wanted,
-                least: LEAST_NODES,
-            });
+            let (nodes, least) = (wanted, LEAST_NODES);
+            return Err(SampleError::TooFewNodes { nodes, least });
         }
         let target = wanted as f64;
         let tolerance = self.settings.count_tolerance * target;
@@ -191,18 +185,11 @@ impl<'a> Filler<'a> {
         };
         let solid = self.oracle.solid;
         let size = solid.bounds().size();
-        let measures = solid.measures();
-        let body = Slimness::new(
-            solid,
-            measures,
-            self.settings.largest_lattice,
-            wanted,
-            model,
-        );
         let Measures {
             mut volume,
             mut area,
-        } = measures;
+        } = solid.measures();
+        let body = Slimness::new(solid, self.settings.largest_lattice, wanted, model);
         body.check_count(wanted)?;
         if solid.is_box() && self.settings.grading.is_uniform() {
             return self.fill_box(wanted, &body);
@@ -261,11 +248,8 @@ impl<'a> Filler<'a> {
                 nodes = stuffed.positions.len() as f64;
                 removed = (raw - nodes) / on_surface;
                 let miss = (nodes - target).abs();
-                let jumps = if round > SYMMETRIC_ROUNDS && self.settings.grading.is_uniform() {
-                    JUMPS
-                } else {
-                    1.0
-                };
+                let leaves = round > SYMMETRIC_ROUNDS && self.settings.grading.is_uniform();
+                let jumps = if leaves { JUMPS } else { 1.0 };
                 if miss <= jumps * tolerance {
                     return Ok((stuffed, cell));
                 }
@@ -283,12 +267,7 @@ impl<'a> Filler<'a> {
                 fine = fine.max(cell);
             }
             if solid.mesh().is_none() {
-                let triangles =
-                    boundary_triangles(&stuffed.tetrahedra, |v| stuffed.on_surface[v as usize]);
-                let mesh = Mesh {
-                    vertices: stuffed.positions,
-                    triangles,
-                };
+                let mesh = stuffed.into_surface();
                 (volume, area) = (mesh.volume(), mesh.area());
             }
             ratio = nodes / model(cell, volume, area);

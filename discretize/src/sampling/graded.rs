@@ -11,8 +11,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::mesh::index;
-use crate::mesh::sums::tetrahedron_volume;
-use crate::mesh::union_find::find;
+use crate::mesh::sums::{rows, tetrahedron_volume};
+use crate::mesh::union_find::Groups;
 use crate::sampling::background::{Background, Edge, Visit};
 use crate::sampling::error::SampleError;
 use crate::sampling::lattice::{WARP_LONG, WARP_SHORT};
@@ -63,7 +63,7 @@ pub(crate) struct Graded<'a> {
     /// Pairs of points of leaves that the surface does not touch.
     calm: Vec<[u32; 2]>,
     /// Tetrahedra at each point (CSR).
-    offsets: Vec<u32>,
+    offsets: Vec<usize>,
     around: Vec<u32>,
 }
 
@@ -108,7 +108,9 @@ impl<'a> Graded<'a> {
                 }
             }
         }
-        let (offsets, around) = incidence(points.len(), &tetrahedra);
+        let corners = (0..).zip(&tetrahedra);
+        let corners = corners.flat_map(|(t, corners)| corners.map(|v| (v, t)));
+        let (offsets, around) = rows(points.len(), corners);
         Self {
             octree,
             points,
@@ -126,26 +128,6 @@ fn lattice_points(cell: Cell) -> impl Iterator<Item = Halves> {
     let w = cell.width();
     let corner = move |k: u32| [0, 1, 2].map(|axis| 2 * cell.at[axis] + 2 * w * (k >> axis & 1));
     (0..8).map(corner).chain([cell.at.map(|x| 2 * x + w)])
-}
-
-/// Tetrahedra at each point as CSR.
-fn incidence(points: usize, tetrahedra: &[[u32; 4]]) -> (Vec<u32>, Vec<u32>) {
-    let mut offsets = vec![0_u32; points + 1];
-    for &v in tetrahedra.iter().flatten() {
-        offsets[v as usize + 1] += 1;
-    }
-    for i in 0..points {
-        offsets[i + 1] += offsets[i];
-    }
-    let mut next = offsets.clone();
-    let mut around = vec![0_u32; 4 * tetrahedra.len()];
-    for (t, corners) in tetrahedra.iter().enumerate() {
-        for &v in corners {
-            around[next[v as usize] as usize] = index(t);
-            next[v as usize] += 1;
-        }
-    }
-    (offsets, around)
 }
 
 /// Emits the tetrahedra of one leaf: those inside it, and those it shares with its next equal
@@ -250,14 +232,13 @@ impl Background for Graded<'_> {
     fn signs(&self, oracle: &Oracle<'_>) -> Result<Vec<i8>, SampleError> {
         // Points of a leaf that the surface does not touch share their sign.
         let n = self.points.len();
-        let mut root: Vec<u32> = (0..n).map(index).collect();
+        let mut alike = Groups::new(n);
         if oracle.solid.mesh().is_some() {
             for [a, b] in &self.calm {
-                let (a, b) = (find(&mut root, *a), find(&mut root, *b));
-                root[a.max(b) as usize] = a.min(b);
+                alike.join(*a, *b);
             }
         }
-        let roots: Vec<u32> = (0..n).map(|v| find(&mut root, index(v))).collect();
+        let roots: Vec<u32> = (0..n).map(|v| alike.find(index(v))).collect();
         let own: Vec<i8> = (0..n)
             .into_par_iter()
             .with_min_len(256)
@@ -337,7 +318,7 @@ impl Background for Graded<'_> {
 
     fn may_warp(&self, id: u32, to: DVec3, position: &dyn Fn(u32) -> DVec3) -> bool {
         let v = id as usize;
-        let own = &self.around[self.offsets[v] as usize..self.offsets[v + 1] as usize];
+        let own = &self.around[self.offsets[v]..self.offsets[v + 1]];
         own.iter().all(|t| {
             let corners = self.tetrahedra[*t as usize];
             let whole = tetrahedron_volume(corners.map(|c| self.position(c)));

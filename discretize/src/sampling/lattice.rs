@@ -9,18 +9,6 @@ use crate::sampling::background::{Background, Edge, Visit};
 use crate::sampling::error::SampleError;
 use crate::sampling::oracle::Oracle;
 
-/// Corners of the eight octants of a cell, in units of the cell.
-const OCTANTS: [[usize; 3]; 8] = [
-    [0, 0, 0],
-    [1, 0, 0],
-    [0, 1, 0],
-    [1, 1, 0],
-    [0, 0, 1],
-    [1, 0, 1],
-    [0, 1, 1],
-    [1, 1, 1],
-];
-
 /// A lattice point moves onto the surface if a cut lies within this fraction of a long edge.
 /// Labelle & Shewchuk 2007, table 1 (the pair that bounds dihedral angles by 10.7 and 164.8).
 pub(crate) const WARP_LONG: f64 = 0.24999;
@@ -79,8 +67,8 @@ impl Lattice {
                 visit(from, to, true);
             }
         }
-        for o in OCTANTS {
-            let to = self.corner([at[0] + o[0], at[1] + o[1], at[2] + o[2]]);
+        for octant in 0..8 {
+            let to = self.corner([0, 1, 2].map(|axis| at[axis] + (octant >> axis & 1)));
             visit(from, to, false);
         }
     }

@@ -3,8 +3,8 @@
 use rayon::prelude::*;
 
 use crate::mesh::hierarchy::Hierarchy;
-use crate::mesh::union_find::find;
-use crate::mesh::{Bounds, Mesh, index};
+use crate::mesh::union_find::Groups;
+use crate::mesh::{Bounds, Mesh};
 use crate::sampling::counts::nodes_at;
 use crate::sampling::error::SampleError;
 use crate::sampling::oracle::Oracle;
@@ -65,18 +65,14 @@ fn is_buried(solid: &Solid, part: &Mesh) -> bool {
 
 /// Pieces of tetrahedra connected through nodes.
 pub(crate) fn count_pieces(nodes: usize, tetrahedra: &[[u32; 4]]) -> usize {
-    let mut root: Vec<u32> = (0..nodes).map(index).collect();
-    let mut pieces = nodes;
+    let mut pieces = Groups::new(nodes);
+    let mut count = nodes;
     for t in tetrahedra {
         for &other in &t[1..] {
-            let (a, b) = (find(&mut root, t[0]), find(&mut root, other));
-            if a != b {
-                root[a.max(b) as usize] = a.min(b);
-                pieces -= 1;
-            }
+            count -= usize::from(pieces.join(t[0], other));
         }
     }
-    pieces
+    count
 }
 
 /// Fraction of the input's vertices farther than `spacing` from the sampled surface.

@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 
+use crate::mesh::Mesh;
 use crate::mesh::hierarchy::Crossing;
-use crate::mesh::union_find::find;
-use crate::mesh::{Mesh, index};
+use crate::mesh::union_find::Groups;
 use crate::sampling::counts::SHIFT;
 use crate::sampling::error::SampleError;
 use crate::sampling::solid::Solid;
@@ -141,27 +141,11 @@ impl<'a> Oracle<'a> {
 }
 
 /// Connected parts of a surface over shared vertices: part per triangle, and their number.
-pub(crate) fn parts_of(mesh: &Mesh) -> (Vec<u32>, usize) {
-    let mut root: Vec<u32> = (0..mesh.vertices.len()).map(index).collect();
+fn parts_of(mesh: &Mesh) -> (Vec<u32>, usize) {
+    let mut parts = Groups::new(mesh.vertices.len());
     for [a, b, c] in &mesh.triangles {
-        for other in [b, c] {
-            let (x, y) = (find(&mut root, *a), find(&mut root, *other));
-            root[x.max(y) as usize] = x.min(y);
-        }
+        parts.join(*a, *b);
+        parts.join(*a, *c);
     }
-    let mut number = vec![u32::MAX; mesh.vertices.len()];
-    let mut count = 0;
-    let parts = mesh
-        .triangles
-        .iter()
-        .map(|t| {
-            let r = find(&mut root, t[0]) as usize;
-            if number[r] == u32::MAX {
-                number[r] = index(count);
-                count += 1;
-            }
-            number[r]
-        })
-        .collect();
-    (parts, count)
+    parts.numbers(mesh.triangles.iter().map(|t| t[0]))
 }

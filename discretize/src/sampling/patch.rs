@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use crate::mesh::index;
 use crate::mesh::sums::boundary_triangles;
+use crate::sampling::quality::faces;
 use crate::sampling::stuffing::Stuffed;
 
 /// `sqrt(V_i / K_i)` over the cell, `K_i = sum_T V_T / h_T^2` with the heights of the node, above
@@ -264,7 +265,6 @@ impl Patch {
         enough: f64,
     ) -> Option<f64> {
         self.begin();
-        let place = self.positions[kept as usize];
         let mut least = f64::INFINITY;
         for k in 0..self.tetrahedra_at[gone as usize].len() {
             let t = self.tetrahedra_at[gone as usize][k];
@@ -277,14 +277,7 @@ impl Patch {
                 continue;
             }
             let then = ids.map(|v| if v == gone { kept } else { v });
-            let at = |v: u32| {
-                if v == kept {
-                    place
-                } else {
-                    self.positions[v as usize]
-                }
-            };
-            let after = measure(then.map(at))?;
+            let after = measure(then.map(|v| self.positions[v as usize]))?;
             if after.sine < LEAST_SINE {
                 return None;
             }
@@ -414,14 +407,8 @@ impl Patch {
 
 /// What a tetrahedron gives its corners.
 pub(crate) fn measure([a, b, c, d]: [DVec3; 4]) -> Option<Measure> {
-    let (ab, ac, ad) = (b - a, c - a, d - a);
-    let six_volumes = ab.cross(ac).dot(ad);
-    let normals = [
-        (c - b).cross(d - b),
-        ad.cross(ac),
-        ab.cross(ad),
-        ac.cross(ab),
-    ];
+    let six_volumes = (b - a).cross(c - a).dot(d - a);
+    let normals = faces([a, b, c, d]);
     let squared = normals.map(DVec3::length_squared);
     let stiffness = squared.map(|n| n / (6.0 * six_volumes));
     if six_volumes <= 0.0 || !stiffness.iter().all(|k| k.is_finite()) {

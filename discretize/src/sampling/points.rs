@@ -10,6 +10,7 @@ use crate::mesh::{Mesh, index};
 use crate::sampling::error::SampleError;
 use crate::sampling::fill::{LEAST_NODES, last_jumps};
 use crate::sampling::frame::Frame;
+use crate::sampling::measures::Measures;
 use crate::sampling::near::Near;
 use crate::sampling::octree::Octree;
 use crate::sampling::order::space_filling_order;
@@ -159,16 +160,13 @@ fn place(
     settings: &SampleSettings,
     on_surface: bool,
 ) -> Result<PointSampling, SampleError> {
-    match settings.target {
+    let places = match settings.target {
         SampleTarget::Spacing(spacing) => {
-            let places = Places::new(solid, spacing, DVec3::ZERO, settings, on_surface)?;
-            finish(solid, places)
+            Places::new(solid, spacing, DVec3::ZERO, settings, on_surface)
         }
-        SampleTarget::NodeCount(wanted) => {
-            let places = search(solid, wanted, settings, on_surface)?;
-            finish(solid, places)
-        }
-    }
+        SampleTarget::NodeCount(wanted) => search(solid, wanted, settings, on_surface),
+    };
+    finish(solid, places?)
 }
 
 /// Nodes before they have volumes.
@@ -293,15 +291,13 @@ fn search(
     on_surface: bool,
 ) -> Result<Places, SampleError> {
     if wanted < LEAST_NODES {
-        return Err(SampleError::TooFewNodes {
-            nodes: wanted,
-            least: LEAST_NODES,
-        });
+        let (nodes, least) = (wanted, LEAST_NODES);
+        return Err(SampleError::TooFewNodes { nodes, least });
     }
     let target = wanted as f64;
     let largest = settings.largest_octree();
     let model = if on_surface { model } else { model_inside };
-    let body = Slimness::new(solid, solid.measures(), largest, wanted, model);
+    let body = Slimness::new(solid, largest, wanted, model);
     body.check_count(wanted)?;
     let first = body.cell_of(target);
     let mut cell = first;
@@ -382,14 +378,11 @@ fn search(
 }
 
 fn finish(solid: &Solid, places: Places) -> Result<PointSampling, SampleError> {
+    let (Measures { volume, area }, advice) = (solid.measures(), 0.5 * places.cell);
     let vanished = SampleError::Vanished {
         spacing: places.cell,
-        advice: 0.5 * places.cell,
-        nodes: model(
-            0.5 * places.cell,
-            solid.measures().volume,
-            solid.measures().area,
-        ),
+        advice,
+        nodes: model(advice, volume, area),
     };
     if places.inside == 0 && places.positions.len() < 4 {
         return Err(vanished);
@@ -438,21 +431,17 @@ fn cell_volumes(solid: &Solid, places: &Places, tree: &Near) -> Vec<f64> {
         .map(|(leaf, node)| {
             let volume = leaf.size.element_product();
             if !leaf.at_surface {
-                return if *node == u32::MAX {
-                    Vec::new()
-                } else {
-                    vec![(*node, volume)]
-                };
+                let own = (*node != u32::MAX).then_some((*node, volume));
+                return own.into_iter().collect();
             }
-            (0..n)
-                .filter_map(|k| {
-                    let step = [k % SAMPLES, k / SAMPLES % SAMPLES, k / (SAMPLES * SAMPLES)];
-                    let step = DVec3::from_array(step.map(|s| s as f64)) + 0.5;
-                    let p = leaf.min + leaf.size * step / SAMPLES as f64;
-                    solid
-                        .contains(p)
-                        .then(|| (tree.nearest(p), volume / n as f64))
-                })
+            let place = |k: usize| {
+                let step = [k % SAMPLES, k / SAMPLES % SAMPLES, k / (SAMPLES * SAMPLES)];
+                let step = DVec3::from_array(step.map(|s| s as f64)) + 0.5;
+                leaf.min + leaf.size * step / SAMPLES as f64
+            };
+            let inside = (0..n).map(place).filter(|p| solid.contains(*p));
+            inside
+                .map(|p| (tree.nearest(p), volume / n as f64))
                 .collect()
         })
         .collect();

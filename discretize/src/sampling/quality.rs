@@ -84,14 +84,12 @@ pub fn tetrahedra_quality(positions: &[DVec3], tetrahedra: &[[u32; 4]]) -> Tetra
             sum += length;
         }
     }
-    {
-        quality.mean_edge = sum / indices.len() as f64;
-    }
+    quality.mean_edge = sum / indices.len() as f64;
     quality
 }
 
 /// Area vectors of the faces opposite a, b, c, d, pointing outward for positive volume.
-fn faces([a, b, c, d]: [DVec3; 4]) -> [DVec3; 4] {
+pub(crate) fn faces([a, b, c, d]: [DVec3; 4]) -> [DVec3; 4] {
     [
         (c - b).cross(d - b),
         (d - a).cross(c - a),
@@ -102,13 +100,6 @@ fn faces([a, b, c, d]: [DVec3; 4]) -> [DVec3; 4] {
 
 /// Smallest and largest dihedral angle (degrees).
 fn dihedral_range(corners: [DVec3; 4]) -> (f64, f64) {
-    let (low, high) = dihedral_cosines(corners);
-    let degrees = |cosine: f64| cosine.clamp(-1.0, 1.0).acos() * 180.0 / PI;
-    (degrees(high), degrees(low))
-}
-
-/// Smallest and largest cosine of the dihedral angles.
-pub(crate) fn dihedral_cosines(corners: [DVec3; 4]) -> (f64, f64) {
     let normals = faces(corners).map(|n| n.normalize_or_zero());
     let (mut low, mut high) = (1.0_f64, -1.0_f64);
     for i in 0..4 {
@@ -118,15 +109,13 @@ pub(crate) fn dihedral_cosines(corners: [DVec3; 4]) -> (f64, f64) {
             high = high.max(cosine);
         }
     }
-    (low, high)
+    let degrees = |cosine: f64| cosine.clamp(-1.0, 1.0).acos() * 180.0 / PI;
+    (degrees(high), degrees(low))
 }
 
 /// Smallest height: three times the volume over the largest face.
-pub(crate) fn smallest_height(corners: [DVec3; 4]) -> f64 {
-    let largest = faces(corners)
-        .into_iter()
-        .map(|n| n.length_squared())
-        .fold(0.0, f64::max)
-        .sqrt();
+fn smallest_height(corners: [DVec3; 4]) -> f64 {
+    let squares = faces(corners).map(DVec3::length_squared);
+    let largest = squares.into_iter().fold(0.0, f64::max).sqrt();
     6.0 * tetrahedron_volume(corners) / largest
 }

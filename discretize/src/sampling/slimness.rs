@@ -50,13 +50,8 @@ type Model = fn(f64, f64, f64) -> f64;
 impl<'a> Slimness<'a> {
     /// The body with its lattice limited by `largest` cells, and by so many for each node wanted: where
     /// more of them are empty, it is a spike or a stray vertex that makes the box.
-    pub(crate) fn new(
-        solid: &'a Solid,
-        Measures { volume, area }: Measures,
-        largest: usize,
-        wanted: usize,
-        model: Model,
-    ) -> Self {
+    pub(crate) fn new(solid: &'a Solid, largest: usize, wanted: usize, model: Model) -> Self {
+        let Measures { volume, area } = solid.measures();
         let largest = largest as f64;
         let granted = FREE_SHARE * largest;
         Self {

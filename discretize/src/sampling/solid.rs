@@ -301,14 +301,7 @@ impl Solid {
         bounds: Bounds,
         function: impl Fn(DVec3) -> f64 + Send + Sync + 'static,
     ) -> Self {
-        Self {
-            kind: Kind::Implicit(Arc::new(function)),
-            bounds,
-            is_box: false,
-            shape_volume: None,
-            grid_measures: OnceLock::new(),
-            upright: None,
-        }
+        Self::new(Kind::Implicit(Arc::new(function)), bounds)
     }
 
     /// Body inside a surface: winding number above one half. Repair the mesh first
@@ -318,15 +311,25 @@ impl Solid {
     /// If a triangle names a vertex out of range.
     #[must_use]
     pub fn from_mesh(mesh: Mesh) -> Self {
-        let bounds = mesh.bounds();
-        let hierarchy = Hierarchy::new(&mesh);
+        let (bounds, hierarchy) = (mesh.bounds(), Hierarchy::new(&mesh));
+        Self::new(Kind::Mesh(Arc::new(MeshBody { mesh, hierarchy })), bounds)
+    }
+
+    fn new(kind: Kind, bounds: Bounds) -> Self {
         Self {
-            kind: Kind::Mesh(Arc::new(MeshBody { mesh, hierarchy })),
+            kind,
             bounds,
             is_box: false,
             shape_volume: None,
             grid_measures: OnceLock::new(),
             upright: None,
+        }
+    }
+
+    fn mesh_body(&self) -> Option<&MeshBody> {
+        match &self.kind {
+            Kind::Implicit(_) => None,
+            Kind::Mesh(body) => Some(body),
         }
     }
 
@@ -344,19 +347,13 @@ impl Solid {
     /// (see [`crate::surface_mesh`]).
     #[must_use]
     pub fn mesh(&self) -> Option<&Mesh> {
-        match &self.kind {
-            Kind::Implicit(_) => None,
-            Kind::Mesh(body) => Some(&body.mesh),
-        }
+        self.mesh_body().map(|body| &body.mesh)
     }
 
     /// The hierarchy over [`Solid::mesh`].
     #[must_use]
     pub fn hierarchy(&self) -> Option<&Hierarchy> {
-        match &self.kind {
-            Kind::Implicit(_) => None,
-            Kind::Mesh(body) => Some(&body.hierarchy),
-        }
+        self.mesh_body().map(|body| &body.hierarchy)
     }
 
     /// Volume and area: those of the surface, or of a grid's points in an implicit body's box.

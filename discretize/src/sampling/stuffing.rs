@@ -3,7 +3,8 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::mesh::index;
+use crate::mesh::sums::boundary_triangles;
+use crate::mesh::{Mesh, index};
 use crate::sampling::background::{Background, Edge};
 use crate::sampling::error::SampleError;
 use crate::sampling::oracle::Oracle;
@@ -20,6 +21,17 @@ pub(crate) struct Stuffed {
     pub tetrahedra: Vec<[u32; 4]>,
     /// Part of the input surface for each crossing found (see [`Oracle::crossing`]), as a set.
     pub parts_hit: Vec<bool>,
+}
+
+impl Stuffed {
+    /// The boundary, over all vertices.
+    pub(crate) fn into_surface(self) -> Mesh {
+        let triangles = boundary_triangles(&self.tetrahedra, |v| self.on_surface[v as usize]);
+        Mesh {
+            vertices: self.positions,
+            triangles,
+        }
+    }
 }
 
 /// A position where an edge of the background passes the surface.

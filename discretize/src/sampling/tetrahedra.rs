@@ -107,11 +107,11 @@ impl fmt::Display for SamplingReport {
             q.smallest_volume,
             3.0 * q.smallest_step / q.mean_edge
         )?;
-        if self.lost_cavities > 0 {
+        let filled = self.lost_cavities;
+        if filled > 0 {
             write!(
                 f,
-                "\n{} cavity(ies) smaller than the spacing are filled",
-                self.lost_cavities
+                "\n{filled} cavity(ies) smaller than the spacing are filled"
             )?;
         }
         if self.missed > 0.0 {
@@ -144,16 +144,11 @@ impl SampledNodes {
         node_of.sort_unstable();
         node_of.dedup();
         let number = |v: &u32| index(node_of.partition_point(|node| node < v));
+        let vertices = node_of.iter().map(|v| self.positions[*v as usize]);
+        let triangles = self.surface_triangles.iter();
         let mesh = Mesh {
-            vertices: node_of
-                .iter()
-                .map(|v| self.positions[*v as usize])
-                .collect(),
-            triangles: self
-                .surface_triangles
-                .iter()
-                .map(|t| [number(&t[0]), number(&t[1]), number(&t[2])])
-                .collect(),
+            vertices: vertices.collect(),
+            triangles: triangles.map(|t| t.each_ref().map(number)).collect(),
         };
         (mesh, node_of)
     }
@@ -300,10 +295,5 @@ pub(crate) fn surface_triangles(
     };
     let oracle = Oracle::new(solid);
     let stuffed = Filler::new(&oracle, &settings)?.fill(spacing / MEAN_EDGE)?;
-    let triangles = boundary_triangles(&stuffed.tetrahedra, |v| stuffed.on_surface[v as usize]);
-    let mesh = Mesh {
-        vertices: stuffed.positions,
-        triangles,
-    };
-    Ok(mesh.compacted())
+    Ok(stuffed.into_surface().compacted())
 }
