@@ -10,8 +10,8 @@ use std::path::Path;
 use std::time::Instant;
 
 use phyxel_discretize::{
-    Primitive, RepairSettings, SampleSettings, SampleTarget, Solid, TetrahedraQuality, read_mesh,
-    repair, sample_tetrahedra, tetrahedra_quality, tetrahedron_volume,
+    Primitive, ReadError, RepairSettings, SampleSettings, SampleTarget, Solid, TetrahedraQuality,
+    read_mesh, repair, sample_tetrahedra, tetrahedra_quality, tetrahedron_volume,
 };
 
 fn row(name: &str, nodes: usize, tets: usize, q: &TetrahedraQuality, error: f64, seconds: f64) {
@@ -35,65 +35,48 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut counts = vec![1000, 6000, 30_000];
     let mut settings = SampleSettings::default();
     let mut arguments = std::env::args().skip(1);
-    while let Some(file) = arguments.next() {
-        if file == "--nodes" {
-            let list = arguments.next().ok_or("numbers after --nodes")?;
-            counts = list.split(',').map(str::parse).collect::<Result<_, _>>()?;
-            continue;
-        }
-        if file == "--sweeps" {
-            settings.smoothing_sweeps = arguments.next().ok_or("a number")?.parse()?;
-            continue;
-        }
-        if file == "--coarsest" {
-            settings.grading.coarsest = arguments.next().ok_or("a number")?.parse()?;
-            continue;
-        }
-        if file == "liver" {
-            sample(&file, &Primitive::Liver.into(), &counts, &settings);
-            continue;
-        }
-        let path = Path::new(&file);
-        let name = path
-            .file_name()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned();
-        let start = Instant::now();
-        let read = read_mesh(path)?;
-        let read_seconds = start.elapsed().as_secs_f64();
-        if !read.tetrahedra.is_empty() {
-            let q = tetrahedra_quality(&read.mesh.vertices, &read.tetrahedra);
-            let label = format!("{name} (own tetrahedra)");
-            row(
-                &label,
-                read.mesh.vertices.len(),
-                read.tetrahedra.len(),
-                &q,
-                0.0,
-                read_seconds,
-            );
-            let volume: f64 = read
-                .tetrahedra
-                .iter()
-                .map(|t| tetrahedron_volume(t.map(|v| read.mesh.vertices[v as usize])))
-                .sum();
-            eprintln_report(&format!("{name}: volume of its tetrahedra {volume:.8e}"));
-        }
-        let start = Instant::now();
-        let (mesh, report) = match repair(&read.mesh, &RepairSettings::default()) {
-            Ok(repaired) => repaired,
-            Err(error) => {
-                println!("| {name} | refused: {error} |");
-                continue;
+    while let Some(word) = arguments.next() {
+        let mut value = || arguments.next().ok_or("a value after the option");
+        match word.as_str() {
+            "--nodes" => {
+                let list = value()?;
+                counts = list.split(',').map(str::parse).collect::<Result<_, _>>()?;
             }
-        };
-        eprintln_report(&format!(
-            "{name}: read {read_seconds:.3} s, inspected {:.3} s\n{report}",
-            start.elapsed().as_secs_f64()
-        ));
-        let solid = Solid::from_mesh(mesh);
-        sample(&name, &solid, &counts, &settings);
+            "--sweeps" => settings.smoothing_sweeps = value()?.parse()?,
+            "--coarsest" => settings.grading.coarsest = value()?.parse()?,
+            "liver" => sample(&word, &Primitive::Liver.into(), &counts, &settings),
+            file => mesh(Path::new(file), &counts, &settings)?,
+        }
+    }
+    Ok(())
+}
+
+fn mesh(path: &Path, counts: &[usize], settings: &SampleSettings) -> Result<(), ReadError> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let start = Instant::now();
+    let read = read_mesh(path)?;
+    let read_seconds = start.elapsed().as_secs_f64();
+    if !read.tetrahedra.is_empty() {
+        let (vertices, tetrahedra) = (&read.mesh.vertices, &read.tetrahedra);
+        let q = tetrahedra_quality(vertices, tetrahedra);
+        let label = format!("{name} (own tetrahedra)");
+        let (nodes, tets) = (vertices.len(), tetrahedra.len());
+        row(&label, nodes, tets, &q, 0.0, read_seconds);
+        let corners = |t: &[u32; 4]| t.map(|v| vertices[v as usize]);
+        let volumes = tetrahedra.iter().map(|t| tetrahedron_volume(corners(t)));
+        let volume: f64 = volumes.sum();
+        report(&format!("{name}: volume of its tetrahedra {volume:.8e}"));
+    }
+    let start = Instant::now();
+    match repair(&read.mesh, &RepairSettings::default()) {
+        Err(error) => println!("| {name} | refused: {error} |"),
+        Ok((mesh, found)) => {
+            let seconds = start.elapsed().as_secs_f64();
+            report(&format!(
+                "{name}: read {read_seconds:.3} s, inspected {seconds:.3} s\n{found}"
+            ));
+            sample(&name, &Solid::from_mesh(mesh), counts, settings);
+        }
     }
     Ok(())
 }
@@ -102,7 +85,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     clippy::print_stderr,
     reason = "the table goes to stdout, reports beside it"
 )]
-fn eprintln_report(text: &str) {
+fn report(text: &str) {
     eprintln!("{text}\n");
 }
 
@@ -125,7 +108,7 @@ fn sample(name: &str, solid: &Solid, counts: &[usize], settings: &SampleSettings
                     "the nodes' volumes sum to {sum} of {} m³",
                     s.report.volume
                 );
-                eprintln_report(&s.report.to_string());
+                report(&s.report.to_string());
             }
             Err(error) => println!("| {name} | {count}: {error} |"),
         }

@@ -1,6 +1,6 @@
 //! Every reason for which a file, a surface or a sampling is refused.
 
-use crate::common::{cube, join};
+use crate::common::{cube, join, repaired};
 use glam::DVec3;
 use phyxel_discretize::{
     Bounds, FileError, Mesh, Primitive, ReadErrorKind, RepairError, RepairSettings, SampleError,
@@ -10,75 +10,62 @@ use phyxel_discretize::{
 use testkit::assert_matches;
 use testkit::tol::assert_relative;
 
-/// Why a text is refused, and the message.
-fn refused(text: &str) -> (ReadErrorKind, TextPlace, String) {
-    let error = parse_mesh(text.as_bytes()).unwrap_err();
-    let message = error.to_string();
-    (error.kind, error.place, message)
-}
-
 #[test]
 fn reading_names_reason_and_place() {
-    let (kind, place, message) = refused("v 0 0 0\nv 1 x 0\n");
-    assert!(matches!(kind, ReadErrorKind::Unexpected { .. }));
-    assert_eq!(place, TextPlace::Line(2));
-    assert_eq!(message, "line 2: expected a number, found `x`");
-    // The index as the file writes it, whether the vertices come before or after.
-    for text in ["v 0 0 0\nf 1 2 3\n", "f 1 2 3\nv 0 0 0\n"] {
-        let (kind, _, message) = refused(text);
-        assert_eq!(kind, ReadErrorKind::IndexOutOfRange { index: 2, count: 1 });
-        assert!(message.contains("vertex 2 does not exist, the file has 1"));
-    }
-    let (kind, ..) = refused("v 0 0 0\nf -1 -2 -3\n");
-    assert_eq!(
-        kind,
-        ReadErrorKind::IndexOutOfRange {
-            index: -2,
-            count: 1
-        }
-    );
-    let (_, place, message) = refused("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 2\n");
-    assert_eq!(place, TextPlace::Line(5));
-    assert!(
-        message.contains("three or more corners, found `2`"),
-        "{message}"
-    );
-    let (_, _, message) = refused("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n2 0 1\n");
-    assert!(
-        message.starts_with("line 6: expected a face of three"),
-        "{message}"
-    );
-    let (kind, place, _) = refused("v 0 0 0\nv nan 0 0\n");
-    assert_eq!(
-        (kind, place),
-        (ReadErrorKind::NotFinite, TextPlace::Line(2))
-    );
-    let (kind, ..) = refused("OFF\n4000000000 1 0\n0 0 0\n");
-    assert_matches!(
-        kind,
-        ReadErrorKind::Count {
-            count: 4_000_000_000,
-            ..
-        }
-    );
-    let (kind, ..) = refused("hello");
-    assert_eq!(kind, ReadErrorKind::UnknownFormat);
-    let (kind, ..) = refused("OFF\n3 1 0\n0.00 0.00 0.00\n1.00 0.00 0.00\n");
-    assert!(matches!(kind, ReadErrorKind::Truncated { .. }), "{kind}");
-    let (kind, ..) = refused("OFF BINARY\n3 1 0\n");
-    assert!(matches!(kind, ReadErrorKind::Unsupported { .. }));
-    let (kind, ..) = refused("$MeshFormat\n4.0 0 8\n");
-    assert!(matches!(kind, ReadErrorKind::Unsupported { .. }));
-    let lz4 = "<VTKFile type=\"PolyData\" compressor=\"vtkLZ4DataCompressor\"></VTKFile>";
-    assert!(matches!(refused(lz4).0, ReadErrorKind::Unsupported { .. }));
-    let (kind, place, _) = refused("# nothing\nv 0 0 0\n");
-    assert_eq!(
-        (kind, place),
-        (ReadErrorKind::Nothing { what: "faces" }, TextPlace::File)
-    );
-    let (kind, ..) = refused("OFF\n0 0 0\n");
-    assert_eq!(kind, ReadErrorKind::Nothing { what: "vertices" });
     for (text, expected) in [
+        ("v 0 0 0\nv 1 x 0\n", "line 2: expected a number, found `x`"),
+        // The index as the file writes it, whether the vertices come before or after.
+        (
+            "v 0 0 0\nf 1 2 3\n",
+            "line 2: vertex 2 does not exist, the file has 1",
+        ),
+        (
+            "f 1 2 3\nv 0 0 0\n",
+            "line 1: vertex 2 does not exist, the file has 1",
+        ),
+        (
+            "v 0 0 0\nf -1 -2 -3\n",
+            "line 2: vertex -2 does not exist, the file has 1",
+        ),
+        (
+            "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 2\n",
+            "line 5: expected a face of three or more corners, found `2`",
+        ),
+        (
+            "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n2 0 1\n",
+            "line 6: expected a face of three or more corners, found `2`",
+        ),
+        (
+            "v 0 0 0\nv nan 0 0\n",
+            "line 2: a coordinate is not a finite number",
+        ),
+        (
+            "OFF\n4000000000 1 0\n0 0 0\n",
+            "line 3: the header promises 4000000000 vertices, more than the file can hold",
+        ),
+        (
+            "hello",
+            "not a mesh in a known format (OBJ, STL, PLY, OFF, VTK, Gmsh)",
+        ),
+        (
+            "OFF\n3 1 0\n0.00 0.00 0.00\n1.00 0.00 0.00\n",
+            "line 5: the line or the file ends where a vertex should follow",
+        ),
+        (
+            "OFF BINARY\n3 1 0\n",
+            "line 1: binary OFF files are not read: write OFF as text",
+        ),
+        (
+            "$MeshFormat\n4.0 0 8\n",
+            "line 2: MSH versions other than 1, 2 and 4.1 are not read: save as version 2.2 or 4.1",
+        ),
+        (
+            "<VTKFile type=\"PolyData\" compressor=\"vtkLZ4DataCompressor\"></VTKFile>",
+            "byte 0: VTK XML files compressed by LZ4 or LZMA are not read: write them with zlib or \
+             without compression",
+        ),
+        ("# nothing\nv 0 0 0\n", "the file has no faces"),
+        ("OFF\n0 0 0\n", "the file has no vertices"),
         (
             "ply\nformat ascii 1.0\nelement vertex 1\nproperty float u\nend_header\n0\n",
             "the file has no properties x, y and z of its vertices",
@@ -93,38 +80,39 @@ fn reading_names_reason_and_place() {
         ),
         (
             "solid s\nfacet\nvertex 0 0 0\nvertex 1 0 0\nfacet\nvertex 0 1 0\nendfacet\nendsolid\n",
-            "line 5: expected `endfacet` of the triangle before",
+            "line 5: expected `endfacet` of the triangle before, found `facet`",
         ),
         (
             "# vtk DataFile Version 3.0\nx\nASCII\nDATASET POLYDATA\nPOINTS 3 float\n0 0 0 1 0 0 0 1 0\n\
              POLYGONS 1 3\n3 0 1 2\n",
-            "expected as many values as the cells' own counts say, found `3`",
+            "line 7: expected as many values as the cells' own counts say, found `3`",
         ),
         (
             "# vtk DataFile Version 3.0\nx\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 8 float\n\
              0 0 0 1 0 0 1 1 0 0 1 0 0 0 1 1 0 1 1 1 1 0 1 1\nCELLS 1 9\n8 0 1 2 3 4 5 6 7\nCELL_TYPES 1\n12\n",
-            "cells other than triangles",
+            OTHER_CELLS,
         ),
         (
             "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n2\n1 0 0 0\n2 1 0 0\n$EndNodes\n$Elements\n1\n\
              1 5 0 1 2 1 2 1 2 1 2\n$EndElements\n",
-            "cells other than triangles",
+            OTHER_CELLS,
         ),
     ] {
-        let (.., message) = refused(text);
-        assert!(message.contains(expected), "{message}\nwithout {expected}");
+        let error = parse_mesh(text.as_bytes()).unwrap_err();
+        assert_eq!(error.to_string(), expected, "{text}");
     }
+    let lost = parse_mesh(b"v 0 0 0\nf 1 2 3\n").unwrap_err();
+    let kind = ReadErrorKind::IndexOutOfRange { index: 2, count: 1 };
+    assert_eq!((lost.kind, lost.place), (kind, TextPlace::Line(2)));
     let missing = read_mesh("no/such/mesh.obj").unwrap_err();
-    assert_eq!(
-        missing.kind,
-        ReadErrorKind::Io(std::io::ErrorKind::NotFound)
-    );
-    assert!(
-        missing
-            .to_string()
-            .starts_with("no/such/mesh.obj: cannot read")
-    );
+    let kind = ReadErrorKind::Io(std::io::ErrorKind::NotFound);
+    assert_eq!((missing.place, &missing.kind), (TextPlace::File, &kind));
+    let message = missing.to_string();
+    assert!(message.starts_with("no/such/mesh.obj: cannot read"));
 }
+
+const OTHER_CELLS: &str = "cells other than triangles, quadrilaterals, polygons and linear tetrahedra are not read: \
+                           save the body's surface, or divide its cells into tetrahedra";
 
 #[test]
 fn a_point_cloud_needs_six_finite_numbers_and_a_normal() {
@@ -161,7 +149,7 @@ fn parts_that_share_an_edge_stay_two() {
     for inverted in [false, true] {
         for place in [DVec3::new(1.0, 1.0, 0.0), DVec3::new(1.0, 1.0, 1.0)] {
             let both = join(&[(cube(DVec3::ZERO), false), (cube(place), inverted)]);
-            let (mesh, report) = repair(&both, &RepairSettings::default()).unwrap();
+            let (mesh, report) = repaired(&both);
             assert_eq!(report.parts, 2);
             assert_eq!(report.turned_parts, usize::from(inverted));
             assert_eq!(report.cavities, 0);
@@ -179,47 +167,39 @@ fn repair_names_why_a_surface_is_no_solid() {
     let settings = RepairSettings::default();
     let why = |mesh: &Mesh| repair(mesh, &settings).unwrap_err();
     let good = cube(DVec3::ZERO);
+    let spoilt = |spoil: &dyn Fn(&mut Mesh)| {
+        let mut mesh = good.clone();
+        spoil(&mut mesh);
+        why(&mesh)
+    };
     assert_eq!(why(&Mesh::default()), RepairError::Empty { dropped: 0 });
-    let mut lines = good.clone();
-    lines.triangles.iter_mut().for_each(|t| t[2] = t[1]);
-    assert_eq!(why(&lines), RepairError::Empty { dropped: 12 });
-    let mut nan = good.clone();
-    nan.vertices[2].x = f64::NAN;
-    assert_eq!(why(&nan), RepairError::NotFinite { vertex: 2 });
-    let mut range = good.clone();
-    range.triangles[1][0] = 8;
+    let lines = spoilt(&|mesh| mesh.triangles.iter_mut().for_each(|t| t[2] = t[1]));
+    assert_eq!(lines, RepairError::Empty { dropped: 12 });
+    let nan = spoilt(&|mesh| mesh.vertices[2].x = f64::NAN);
+    assert_eq!(nan, RepairError::NotFinite { vertex: 2 });
     let expected = RepairError::IndexOutOfRange {
         triangle: 1,
         vertex: 8,
         vertex_count: 8,
     };
-    assert_eq!(why(&range), expected);
-    let huge = good.clone().scaled(1e91);
-    assert!(matches!(why(&huge), RepairError::Scale { .. }));
-    let mut open = good.clone();
-    open.triangles.truncate(10);
-    let RepairError::Open { holes, limit, .. } = why(&open) else {
-        panic!("a cube without a side is open")
-    };
-    assert_eq!(holes, 1);
-    assert_relative("limit", limit, 0.2 * 3.0_f64.sqrt(), 0.0, 1e-12);
+    assert_eq!(spoilt(&|mesh| mesh.triangles[1][0] = 8), expected);
+    assert_matches!(why(&good.clone().scaled(1e91)), RepairError::Scale { .. });
+    let open = spoilt(&|mesh| mesh.triangles.truncate(10));
+    assert_matches!(open, RepairError::Open { holes: 1, limit, .. } if (limit - 0.2 * 3.0_f64.sqrt()).abs() < 1e-12);
     // Two cubes with one wall between them: three sheets meet along its rim.
-    let mut wall = join(&[(good, false), (cube(DVec3::X), false)]);
+    let mut wall = join(&[(good.clone(), false), (cube(DVec3::X), false)]);
     wall.triangles.retain(|t| {
         let x = t.map(|v| (v >= 8, wall.vertices[v as usize].x));
         x.iter()
             .any(|(second, x)| !second || (*x - 1.0).abs() > 0.5)
     });
-    let RepairError::Unbalanced { edges, near } = why(&wall) else {
-        panic!("three sheets bound no solid: {:?}", why(&wall))
-    };
-    assert_eq!(edges, 4);
-    assert!((near.x - 1.0).abs() < 1e-12, "{near}");
+    let sheets = why(&wall);
+    assert_matches!(sheets, RepairError::Unbalanced { edges: 4, near } if (near.x - 1.0).abs() < 1e-12);
     let mut flat = Mesh {
         vertices: vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::new(1.0, 1.0, 0.0)],
         triangles: vec![[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]],
     };
-    assert!(matches!(why(&flat), RepairError::NoVolume { .. }));
+    assert_matches!(why(&flat), RepairError::NoVolume { .. });
     flat.vertices[3].z = 1.0;
     assert!(repair(&flat, &settings).is_ok());
 }
@@ -236,17 +216,17 @@ fn sampling_names_why_it_stops() {
     let liver = Solid::from(Primitive::Liver);
     for spacing in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let error = at(&liver, SampleTarget::Spacing(spacing));
-        assert!(matches!(error, SampleError::Spacing { .. }), "{error}");
+        assert_matches!(error, SampleError::Spacing { .. });
     }
     let cube = Solid::from(Primitive::Box {
         half_extents: DVec3::splat(0.05),
     });
     let coarse = at(&cube, SampleTarget::Spacing(1e3));
-    assert!(matches!(coarse, SampleError::Vanished { .. }), "{coarse}");
+    assert_matches!(coarse, SampleError::Vanished { .. });
     let few = at(&liver, SampleTarget::NodeCount(3));
-    assert!(matches!(few, SampleError::TooFewNodes { nodes: 3, .. }));
+    assert_matches!(few, SampleError::TooFewNodes { nodes: 3, .. });
     let fine = at(&liver, SampleTarget::Spacing(1e-9));
-    assert!(matches!(fine, SampleError::TooFine { .. }));
+    assert_matches!(fine, SampleError::TooFine { .. });
     let plate = Primitive::Ellipsoid {
         semi_axes: DVec3::new(1.0, 1.0, 1e-5),
     };
@@ -254,24 +234,21 @@ fn sampling_names_why_it_stops() {
     let lower = Bounds::new(DVec3::new(-1.0, -1.0, -0.37), DVec3::new(1.0, 1.0, 0.4));
     let thin = Solid::implicit(lower, move |p| plate.value(p));
     let gone = at(&thin, SampleTarget::Spacing(0.3));
-    assert!(matches!(gone, SampleError::Vanished { .. }), "{gone}");
-    let nan = Solid::implicit(Primitive::Liver.bounds(), |p| {
+    assert_matches!(gone, SampleError::Vanished { .. });
+    let half_known = |p: DVec3| {
         if p.x > 0.0 {
             f64::NAN
         } else {
             p.length() - 0.05
         }
-    });
-    let SampleError::NotANumber { at: place } = at(&nan, SampleTarget::Spacing(0.01)) else {
-        panic!("the function is not a number")
     };
-    assert!(place.x > 0.0);
+    let nan = Solid::implicit(Primitive::Liver.bounds(), half_known);
+    let unknown = at(&nan, SampleTarget::Spacing(0.01));
+    assert_matches!(unknown, SampleError::NotANumber { at } if at.x > 0.0);
     let half = Bounds::new(DVec3::splat(-1.2), DVec3::new(1.2, 1.2, 0.3));
     let cut = Solid::implicit(half, |p| p.length() - 1.0);
-    let SampleError::OutsideBounds { at: place } = at(&cut, SampleTarget::Spacing(0.2)) else {
-        panic!("the ball is not inside its bounds")
-    };
-    assert!(place.z > 0.3 && place.length() < 1.0, "{place}");
+    let beyond = at(&cut, SampleTarget::Spacing(0.2));
+    assert_matches!(beyond, SampleError::OutsideBounds { at } if at.z > 0.3 && at.length() < 1.0);
     let exact = SampleSettings {
         target: SampleTarget::NodeCount(1001),
         count_tolerance: 0.0,
@@ -293,7 +270,7 @@ fn one_call_from_a_file_says_which_stage_failed() {
         std::fs::write(&path, bytes).unwrap();
         sample_file(&path, 1.0, &RepairSettings::default(), settings).unwrap_err()
     };
-    assert!(matches!(run("read", b"?", &settings), FileError::Read(_)));
+    assert_matches!(run("read", b"?", &settings), FileError::Read(_));
     let sheet = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
     assert_matches!(run("repair", sheet, &settings), FileError::Repair(_));
     let few = SampleSettings {
@@ -301,6 +278,6 @@ fn one_call_from_a_file_says_which_stage_failed() {
         ..settings
     };
     let whole = phyxel_discretize::ply_mesh(&cube(DVec3::ZERO));
-    assert!(matches!(run("sample", &whole, &few), FileError::Sample(_)));
+    assert_matches!(run("sample", &whole, &few), FileError::Sample(_));
     std::fs::remove_dir_all(folder).unwrap();
 }

@@ -1,35 +1,32 @@
 //! Formats, and mutated files of each.
 
+use crate::common::{binary_stl, repaired};
 use glam::DVec3;
 use phyxel_discretize::{
-    Format, Primitive, RepairSettings, SampleSettings, Solid, TextPlace, parse_mesh, ply_surfels,
-    read_point_cloud, repair, sample_surfels, surface_mesh,
+    Format, Primitive, RepairSettings, SampleSettings, Solid, TextPlace, parse_mesh, ply_mesh,
+    ply_surfels, read_point_cloud, repair, sample_file, sample_surfels, surface_mesh,
 };
 use testkit::cloud::Random;
 use testkit::tol::assert_relative;
 
 const TETRAHEDRON: [[f64; 3]; 4] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
+/// The bytes of a number, given little-endian, in either order.
+fn ordered<const N: usize>(big: bool, mut little: [u8; N]) -> [u8; N] {
+    if big {
+        little.reverse();
+    }
+    little
+}
+
 fn msh2_binary(big: bool) -> Vec<u8> {
-    let int = |v: i32| {
-        if big {
-            v.to_be_bytes()
-        } else {
-            v.to_le_bytes()
-        }
-    };
+    let int = |v: i32| ordered(big, v.to_le_bytes());
     let mut out = b"$MeshFormat\n2.2 1 8\n".to_vec();
     out.extend(int(1));
     out.extend(b"\n$EndMeshFormat\n$Nodes\n4\n");
     for (k, p) in (10..).zip(TETRAHEDRON) {
         out.extend(int(k));
-        for x in p {
-            out.extend(if big {
-                x.to_be_bytes()
-            } else {
-                x.to_le_bytes()
-            });
-        }
+        out.extend(p.iter().flat_map(|x| ordered(big, x.to_le_bytes())));
     }
     out.extend(b"\n$EndNodes\n$Elements\n2\n");
     // A line (type 1) of two tags, then a tetrahedron.
@@ -49,10 +46,7 @@ fn msh4_binary() -> Vec<u8> {
     longs(&mut out, &[1, 4, 1, 4]);
     ints(&mut out, &[3, 1, 0]);
     longs(&mut out, &[4, 1, 2, 3, 4]);
-    TETRAHEDRON
-        .iter()
-        .flatten()
-        .for_each(|x| out.extend(x.to_le_bytes()));
+    out.extend(TETRAHEDRON.iter().flatten().flat_map(|x| x.to_le_bytes()));
     out.extend(b"\n$EndNodes\n$Elements\n");
     longs(&mut out, &[1, 1, 1, 1]);
     ints(&mut out, &[3, 1, 4]);
@@ -260,23 +254,15 @@ fn specimens() -> Vec<(&'static str, Vec<u8>)> {
     ];
     let cube = parse_mesh(obj.as_bytes()).unwrap().mesh;
     let mut text = "solid cube\n".to_owned();
-    let mut binary = vec![b's'; 80];
-    binary.extend(12_u32.to_le_bytes());
     for t in 0..12 {
         text += "facet normal 0 0 0\n outer loop\n";
-        binary.extend([0; 12]);
         for p in cube.corners(t) {
             text += &format!("  vertex {} {} {}\n", p.x, p.y, p.z);
-            for x in p.to_array() {
-                #[allow(clippy::cast_possible_truncation, reason = "0 or 1")]
-                binary.extend((x as f32).to_le_bytes());
-            }
         }
         text += " endloop\nendfacet\n";
-        binary.extend([0; 2]);
     }
     all.push(("stl", (text + "endsolid cube\n").into_bytes()));
-    all.push(("binary stl", binary));
+    all.push(("binary stl", binary_stl(&cube)));
     for big in [false, true] {
         let word = if big {
             "binary_big_endian"
@@ -284,18 +270,11 @@ fn specimens() -> Vec<(&'static str, Vec<u8>)> {
             "binary_little_endian"
         };
         let mut bytes = ply.replace("ascii", word).into_bytes();
-        let mut vtk =
-            b"# vtk DataFile Version 3.0\ncube\nBINARY\nDATASET POLYDATA\nPOINTS 8 float\n"
-                .to_vec();
+        let head = "# vtk DataFile Version 3.0\ncube\nBINARY\nDATASET POLYDATA\nPOINTS 8 float\n";
+        let mut vtk = head.as_bytes().to_vec();
         for p in &cube.vertices {
-            for x in p.to_array() {
-                #[allow(clippy::cast_possible_truncation, reason = "0 or 1")]
-                let x = x as f32;
-                bytes.extend(if big {
-                    x.to_be_bytes()
-                } else {
-                    x.to_le_bytes()
-                });
+            for x in p.as_vec3().to_array() {
+                bytes.extend(ordered(big, x.to_le_bytes()));
                 vtk.extend(x.to_be_bytes());
             }
         }
@@ -305,11 +284,7 @@ fn specimens() -> Vec<(&'static str, Vec<u8>)> {
             faces.push(3);
             vtk.extend(3_u32.to_be_bytes());
             for v in t {
-                faces.extend(if big {
-                    v.to_be_bytes()
-                } else {
-                    v.to_le_bytes()
-                });
+                faces.extend(ordered(big, v.to_le_bytes()));
                 vtk.extend(v.to_be_bytes());
             }
         }
@@ -339,8 +314,7 @@ fn specimens() -> Vec<(&'static str, Vec<u8>)> {
 fn every_format_gives_the_same_cube() {
     for (name, bytes) in specimens() {
         let file = parse_mesh(&bytes).unwrap_or_else(|e| panic!("{name}: {e}"));
-        let (mesh, report) = repair(&file.mesh, &RepairSettings::default())
-            .unwrap_or_else(|e| panic!("{name}: {e}"));
+        let (mesh, report) = repaired(&file.mesh);
         let (kind, tetrahedra) = match name.split(' ').next().unwrap() {
             "msh1" | "msh2" | "msh4" => (Format::Gmsh, 1),
             "vtu" => (Format::VtkXml, 1),
@@ -354,11 +328,8 @@ fn every_format_gives_the_same_cube() {
             "binary" => (Format::Vtk, 0),
             _ => (Format::Ply, 0),
         };
-        assert_eq!(
-            (file.format, file.tetrahedra.len()),
-            (kind, tetrahedra),
-            "{name}"
-        );
+        let found = (file.format, file.tetrahedra.len());
+        assert_eq!(found, (kind, tetrahedra), "{name}");
         let cube = file.mesh.vertices.len() > 4;
         let exact = if cube { 1.0 } else { 1.0 / 6.0 };
         assert_relative(name, mesh.volume(), exact, 0.0, 1e-12);
@@ -372,11 +343,8 @@ fn every_format_gives_the_same_cube() {
                 text.replace('\n', "\r"),
                 text.replacen('\n', "\r\n", 3),
             ] {
-                assert_eq!(
-                    parse_mesh(other.as_bytes()).unwrap().mesh,
-                    file.mesh,
-                    "{name}"
-                );
+                let read = parse_mesh(other.as_bytes()).unwrap();
+                assert_eq!(read.mesh, file.mesh, "{name}");
             }
         }
     }
@@ -390,30 +358,18 @@ fn what_is_written_reads_back() {
     assert_eq!(file.tetrahedra, s.tetrahedra);
     let (surface, node_of) = s.surface();
     assert_eq!(node_of.len(), s.report.surface_nodes);
-    let file = parse_mesh(&phyxel_discretize::ply_mesh(&surface)).unwrap();
+    let file = parse_mesh(&ply_mesh(&surface)).unwrap();
     assert_eq!(file.mesh, surface);
     assert_relative("volume", surface.volume(), s.report.volume, 0.0, 1e-12);
     let path = std::env::temp_dir().join(format!("phyxel-{}.ply", std::process::id()));
-    std::fs::write(
-        &path,
-        phyxel_discretize::ply_mesh(&surface.clone().scaled(1e3)),
-    )
-    .unwrap();
+    std::fs::write(&path, ply_mesh(&surface.clone().scaled(1e3))).unwrap();
     let settings = SampleSettings::nodes(500);
-    let sampled =
-        phyxel_discretize::sample_file(&path, 1e-3, &RepairSettings::default(), &settings);
+    let sampled = sample_file(&path, 1e-3, &RepairSettings::default(), &settings);
     std::fs::remove_file(&path).unwrap();
-    assert_relative(
-        "volume",
-        sampled.unwrap().mesh_report.volume,
-        s.report.volume,
-        0.0,
-        1e-9,
-    );
+    let volume = sampled.unwrap().mesh_report.volume;
+    assert_relative("volume", volume, s.report.volume, 0.0, 1e-9);
 }
 
-/// Thousands of mutants: no panic, no endless loop, no allocation beyond what the file justifies;
-/// what still reads can be repaired or is refused.
 #[test]
 fn surfels_as_written_are_points_to_read() {
     let ball = Solid::from(Primitive::Ellipsoid {
@@ -440,6 +396,8 @@ fn surfels_as_written_are_points_to_read() {
     assert!(bare.normals.is_empty() && bare.areas == [0.0; 2]);
 }
 
+/// Thousands of mutants: no panic, no endless loop, no allocation beyond what the file justifies;
+/// what still reads can be repaired or is refused.
 #[test]
 fn mutated_files_never_panic() {
     let mut random = Random::new(7);

@@ -46,12 +46,8 @@ fn octrees_are_balanced_and_small_where_asked() {
 fn a_thread_more_changes_no_bit() {
     let run = || {
         let grading = refined(DVec3::new(0.03, 0.02, 0.04), 0.02, 0.5, 4.0);
-        graded(
-            &Primitive::Liver.into(),
-            SampleTarget::NodeCount(3000),
-            grading,
-        )
-        .unwrap()
+        let count = SampleTarget::NodeCount(3000);
+        graded(&Primitive::Liver.into(), count, grading).unwrap()
     };
     assert_eq!(on_threads(1, run), on_threads(3, run));
 }
@@ -82,12 +78,8 @@ fn graded_samplings_have_exact_sums_and_good_angles() {
 fn a_graded_box_keeps_its_volume() {
     let half_extents = DVec3::new(0.1, 0.13, 0.5);
     let grading = refined(DVec3::ZERO, 0.05, 0.5, 4.0);
-    let s = graded(
-        &Primitive::Box { half_extents }.into(),
-        SampleTarget::Spacing(0.04),
-        grading,
-    )
-    .unwrap();
+    let solid = Primitive::Box { half_extents }.into();
+    let s = graded(&solid, SampleTarget::Spacing(0.04), grading).unwrap();
     check_sums("box", &s);
     let volume = 8.0 * half_extents.element_product();
     assert_relative("volume", s.report.volume, volume, 0.0, 1e-12);
@@ -143,20 +135,18 @@ fn the_size_field_is_followed() {
 fn bad_gradings_are_refused() {
     let liver = Solid::from(Primitive::Liver);
     let at = |grading| graded(&liver, SampleTarget::Spacing(0.01), grading).unwrap_err();
-    let coarse = Grading {
-        coarsest: 0.5,
-        ..Grading::default()
-    };
-    assert!(matches!(at(coarse), SampleError::Grading { .. }));
-    let growth = Grading {
-        growth: f64::NAN,
-        ..Grading::default()
-    };
-    assert!(matches!(at(growth), SampleError::Grading { .. }));
+    for (coarsest, growth) in [(0.5, 1.0), (1.0, f64::NAN)] {
+        let grading = Grading {
+            coarsest,
+            growth,
+            ..Grading::default()
+        };
+        assert_matches!(at(grading), SampleError::Grading { .. });
+    }
     let factor = refined(DVec3::ZERO, 0.01, 0.001, 1.0);
     assert_matches!(at(factor), SampleError::Refinement { refinement: 0, .. });
     let radius = refined(DVec3::ZERO, -1.0, 0.5, 1.0);
-    assert!(matches!(at(radius), SampleError::Refinement { .. }));
+    assert_matches!(at(radius), SampleError::Refinement { .. });
     let small = SampleSettings {
         target: SampleTarget::Spacing(0.002),
         grading: refined(DVec3::ZERO, 0.03, 0.125, 1.0),
@@ -164,7 +154,7 @@ fn bad_gradings_are_refused() {
         ..SampleSettings::default()
     };
     let fine = sample_tetrahedra(&liver, &small).unwrap_err();
-    assert!(matches!(fine, SampleError::TooFine { .. }), "{fine}");
+    assert_matches!(fine, SampleError::TooFine { .. });
 }
 
 proptest! {

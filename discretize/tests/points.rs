@@ -1,11 +1,11 @@
 //! Nodes without tetrahedra: sums, positions, volumes.
 
-use crate::common::{blob, check_boundary, check_count, folder_of_meshes, shapes};
+use crate::common::{ball, blob, check_boundary, check_count, folder_of_meshes, refined, shapes};
 use glam::DVec3;
 use phyxel_discretize::{
-    Grading, PointSampling, Primitive, Refinement, SampleError, SampleSettings, SampleTarget,
-    Solid, estimate_point_nodes, estimate_tetrahedra_nodes, parse_mesh, read_mesh, repair,
-    sample_points, sample_tetrahedra, surface_mesh,
+    Grading, PointSampling, Primitive, SampleError, SampleSettings, SampleTarget, Solid,
+    estimate_point_nodes, estimate_tetrahedra_nodes, parse_mesh, read_mesh, repair, sample_points,
+    sample_tetrahedra, surface_mesh,
 };
 use proptest::prelude::*;
 use testkit::assert_matches;
@@ -23,24 +23,12 @@ fn check(name: &str, s: &PointSampling) {
 }
 
 fn gradings(center: DVec3, radius: f64) -> [Grading; 3] {
-    let fine = Refinement {
-        from: center,
-        to: center,
-        radius,
-        factor: 0.5,
+    let coarse = Grading {
+        coarsest: 4.0,
+        ..Grading::default()
     };
-    [
-        Grading::default(),
-        Grading {
-            coarsest: 4.0,
-            ..Grading::default()
-        },
-        Grading {
-            coarsest: 2.0,
-            refinements: vec![fine],
-            ..Grading::default()
-        },
-    ]
+    let fine = refined(center, radius, 0.5, 2.0);
+    [Grading::default(), coarse, fine]
 }
 
 fn with(target: SampleTarget, grading: Grading) -> SampleSettings {
@@ -96,13 +84,8 @@ fn one_spacing_is_a_regular_lattice() {
     // Inner nodes own a whole cell, up to the correction.
     let whole = h * h * h * (1.0 + s.report.correction);
     let largest = s.volumes.iter().copied().fold(0.0, f64::max);
-    assert!(
-        s.volumes
-            .iter()
-            .filter(|v| (**v / whole - 1.0).abs() < 1e-9)
-            .count()
-            > 100
-    );
+    let is_whole = |v: &&f64| (**v / whole - 1.0).abs() < 1e-9;
+    assert!(s.volumes.iter().filter(is_whole).count() > 100);
     assert!(largest < 3.0 * whole);
 }
 
@@ -151,17 +134,18 @@ fn wedges_as_sharp_as_a_blade_have_boundary_vectors() {
 fn bad_targets_are_refused_and_threads_change_nothing() {
     let solid = Solid::from(Primitive::Liver);
     let refused = |target| sample_points(&solid, &with(target, Grading::default()), true);
+    let error = |target| refused(target).unwrap_err();
     assert_matches!(
-        refused(SampleTarget::NodeCount(3)),
-        Err(SampleError::TooFewNodes { .. })
+        error(SampleTarget::NodeCount(3)),
+        SampleError::TooFewNodes { .. }
     );
     assert_matches!(
-        refused(SampleTarget::Spacing(-1.0)),
-        Err(SampleError::Spacing { .. })
+        error(SampleTarget::Spacing(-1.0)),
+        SampleError::Spacing { .. }
     );
     assert_matches!(
-        refused(SampleTarget::Spacing(1e-9)),
-        Err(SampleError::TooFine { .. })
+        error(SampleTarget::Spacing(1e-9)),
+        SampleError::TooFine { .. }
     );
     let run = || refused(SampleTarget::NodeCount(1500)).unwrap();
     let one = on_threads(1, run);
@@ -189,25 +173,23 @@ proptest! {
 /// The counts reported before sampling are those made, but for the surface's share.
 #[test]
 fn estimates_are_near_what_is_made() {
-    let ball = Solid::from(Primitive::Ellipsoid {
-        semi_axes: DVec3::splat(0.1),
-    });
+    let ball = ball(0.1);
     let volume = 4.0 / 3.0 * std::f64::consts::PI * 1e-3;
     for spacing in [0.016, 0.01] {
         let settings = SampleSettings::spacing(spacing);
-        let tetrahedra = sample_tetrahedra(&ball, &settings).unwrap().positions.len() as f64;
+        let tetrahedra = sample_tetrahedra(&ball, &settings).unwrap().positions.len();
         let points = sample_points(&ball, &settings, false)
             .unwrap()
             .positions
-            .len() as f64;
+            .len();
         // Nodes on the surface stand for half a cell: 6 spacings across and more.
         let least = 1.0..1.0 + 6.0 * spacing / 0.1;
-        let over = tetrahedra / estimate_tetrahedra_nodes(volume, spacing);
+        let over = tetrahedra as f64 / estimate_tetrahedra_nodes(volume, spacing);
         assert!(
             least.contains(&over),
             "{tetrahedra} nodes, {over} of the estimate"
         );
-        let over = points / estimate_point_nodes(volume, spacing);
+        let over = points as f64 / estimate_point_nodes(volume, spacing);
         assert!(
             (0.8..1.25).contains(&over),
             "{points} points, {over} of the estimate"

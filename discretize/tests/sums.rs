@@ -1,6 +1,6 @@
 //! Sums, positions and quality of samplings of shapes, under rigid motions and scales.
 
-use crate::common::{blob, check_count, check_sums, cube, shapes};
+use crate::common::{ball, blob, check_count, check_sums, cube, shapes};
 use glam::DVec3;
 use phyxel_discretize::{
     Primitive, SampleSettings, SampleTarget, SampledNodes, Solid, SurfaceSamples, sample_surfels,
@@ -22,11 +22,8 @@ fn every_shape_at_three_counts() {
             check_sums(&format!("{shape:?} {count}"), &s);
             let n = s.positions.len();
             check_count(&format!("{shape:?}"), n, count);
-            assert!(
-                s.report.quality.smallest_dihedral > 10.7,
-                "{shape:?} {count}: {}",
-                s.report
-            );
+            let angle = s.report.quality.smallest_dihedral;
+            assert!(angle > 10.7, "{shape:?} {count}: {angle}");
             assert_eq!(s.report.pieces, 1);
             let size = shape.bounds().diagonal();
             for p in &s.positions {
@@ -104,13 +101,8 @@ fn a_wanted_spacing_is_met() {
             // Four or five whole cells on the box's short side: half a cell is an eighth of it.
             let whole = matches!(shape, Primitive::Box { .. });
             let bar = if whole { 0.5 / (cells - 1.0) } else { 0.05 };
-            assert_relative(
-                &format!("{shape:?}"),
-                s.report.quality.mean_edge,
-                size / cells,
-                0.0,
-                bar,
-            );
+            let (name, mean) = (format!("{shape:?}"), s.report.quality.mean_edge);
+            assert_relative(&name, mean, size / cells, 0.0, bar);
         }
     }
 }
@@ -132,11 +124,8 @@ fn volumes_converge_to_closed_forms() {
 fn the_liver_is_a_liver() {
     let mesh = surface_mesh(&Primitive::Liver.into(), 0.003).unwrap();
     let size = mesh.bounds().size();
-    assert!(
-        (1.1e-3..1.6e-3).contains(&mesh.volume()),
-        "{}",
-        mesh.volume()
-    );
+    let volume = mesh.volume();
+    assert!((1.1e-3..1.6e-3).contains(&volume), "{volume}");
     assert!((0.14..0.18).contains(&size.x), "{size}");
     assert!(Primitive::Liver.bounds().min.cmplt(mesh.bounds().min).all());
     assert!(Primitive::Liver.bounds().max.cmpgt(mesh.bounds().max).all());
@@ -222,19 +211,10 @@ fn surfels_cover_the_surface_evenly() {
         assert_relative("normal", surfels.normals[i].length(), 1.0, 0.0, 1e-12);
         let outward = Primitive::Liver.value(*p + 1e-5 * surfels.normals[i]);
         assert!(outward > 0.0);
-        let nearest = surfels
-            .positions
-            .iter()
-            .enumerate()
-            .filter(|(j, _)| *j != i);
-        let nearest = nearest
-            .map(|(_, q)| q.distance(*p))
-            .fold(f64::INFINITY, f64::min);
-        assert!(
-            nearest > 0.25 * packed && nearest < 1.6 * packed,
-            "{}",
-            nearest / packed
-        );
+        let others = surfels.positions.iter().enumerate();
+        let others = others.filter(|(j, _)| *j != i).map(|(_, q)| q.distance(*p));
+        let nearest = others.fold(f64::INFINITY, f64::min) / packed;
+        assert!(nearest > 0.25 && nearest < 1.6, "{nearest}");
     }
 }
 
@@ -281,10 +261,7 @@ fn the_hierarchy_agrees_with_brute_force() {
 /// of its faces.
 #[test]
 fn surfels_of_a_mesh_have_the_normals_of_the_surface_it_stands_for() {
-    let ball = Primitive::Ellipsoid {
-        semi_axes: DVec3::ONE,
-    };
-    let mesh = surface_mesh(&ball.into(), 0.2).unwrap();
+    let mesh = surface_mesh(&ball(1.0), 0.2).unwrap();
     let off = |surfels: &SurfaceSamples| {
         let both = surfels.positions.iter().zip(&surfels.normals);
         both.map(|(x, n)| n.distance(x.normalize()))

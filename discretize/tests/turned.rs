@@ -122,21 +122,11 @@ fn a_turned_block_keeps_its_mass() {
         };
         let (solid, _) = Shape::Box { size }.solid(&placed).unwrap();
         let settings = SampleSettings::nodes(300);
-        for error in [
-            sample_tetrahedra(&solid, &settings)
-                .unwrap()
-                .report
-                .volume_error,
-            sample_points(&solid, &settings, true)
-                .unwrap()
-                .report
-                .volume_error,
-        ] {
-            let error = error.unwrap();
-            assert!(
-                error.abs() < 1e-12,
-                "{angle} degrees: volume off by {error:e}"
-            );
+        let tetrahedra = sample_tetrahedra(&solid, &settings).unwrap().report;
+        let points = sample_points(&solid, &settings, true).unwrap().report;
+        for error in [tetrahedra.volume_error, points.volume_error] {
+            let off = error.unwrap();
+            assert!(off.abs() < 1e-12, "{angle} degrees: volume off by {off:e}");
         }
     }
 }
@@ -154,4 +144,33 @@ fn volume_errors_are_those_of_closed_forms() {
     let error = found.report.volume_error.unwrap();
     assert!((sum / exact - 1.0 - error).abs() < 1e-12, "{error}");
     assert!(error < -0.01, "500 nodes lose some of a ball: {error}");
+}
+
+/// A shape that is scaled, turned and moved has the distances of its own, times the scale, at the positions taken
+/// back into its frame.
+#[test]
+fn a_placed_shape_is_the_same_elsewhere() {
+    // A quarter turn about z, twice the size.
+    let placed = Placement {
+        scale: 2.0,
+        turn: DMat3::from_rotation_z(std::f64::consts::FRAC_PI_2),
+        position: DVec3::new(0.3, -0.2, 0.1),
+    };
+    for shape in shapes() {
+        let (solid, _) = shape.solid(&Placement::IDENTITY).expect("a solid");
+        let (moved, _) = shape.solid(&placed).expect("a solid");
+        let (mut inside, mut outside) = (0, 0);
+        for k in 0..729 {
+            let pick = |k: i32| f64::from(k % 9 - 4) * 0.011;
+            let p = DVec3::new(pick(k), pick(k / 9), pick(k / 81));
+            let there = 2.0 * DVec3::new(-p.y, p.x, p.z) + placed.position;
+            let (a, b) = (solid.signed_distance(p), moved.signed_distance(there));
+            let same = (2.0 * a - b).abs() < 1e-15 + 1e-12 * a.abs();
+            assert!(same, "{shape:?} at {p}: {a} {b}");
+            assert_eq!(solid.contains(p), moved.contains(there), "{shape:?} at {p}");
+            if a < 0.0 { inside += 1 } else { outside += 1 }
+        }
+        let both = format!("{shape:?}: {inside} inside, {outside} outside");
+        assert!(inside > 20 && outside > 20, "{both}");
+    }
 }

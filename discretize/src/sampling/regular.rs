@@ -120,20 +120,15 @@ mod tests {
         assert_eq!(found.positions.len(), 1_408);
         assert_eq!(found.tetrahedra.len(), 6 * 7 * 7 * 21);
         assert_eq!(found.report.surface_nodes, 1_408 - 6 * 6 * 20);
-        let volume: f64 = found.volumes.iter().sum();
-        assert!(
-            (volume / (0.07 * 0.07 * 0.21) - 1.0).abs() < 1e-12,
-            "{volume}"
-        );
+        let volume = found.volumes.iter().sum::<f64>() / (0.07 * 0.07 * 0.21);
+        assert!((volume - 1.0).abs() < 1e-12, "{volume} of its volume");
         let area = found.report.area / (2.0 * 0.07 * 0.07 + 4.0 * 0.07 * 0.21);
         assert!((area - 1.0).abs() < 1e-12, "{area} of its area");
         assert_eq!(found.report.quality.inverted, 0);
         for p in &found.positions {
             let place = (*p - bounds.min) / 0.01;
-            assert!(
-                place.distance(place.round()) < 1e-12,
-                "{p} is no lattice point"
-            );
+            let off = place.distance(place.round());
+            assert!(off < 1e-12, "{p} is no lattice point");
         }
     }
 
@@ -159,10 +154,7 @@ mod tests {
         let bounds = Bounds::new(DVec3::ZERO, DVec3::ONE);
         for counts in [[1, 8, 8], [8, 8, 0], [3_000, 3_000, 3_000]] {
             let refused = sample_lattice(bounds, counts);
-            assert!(
-                matches!(refused, Err(SampleError::Lattice { .. })),
-                "{counts:?}"
-            );
+            testkit::assert_matches!(refused, Err(SampleError::Lattice { .. }));
         }
     }
 }

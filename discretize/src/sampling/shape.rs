@@ -359,60 +359,6 @@ pub fn guess_unit(extent: &Bounds) -> UnitGuess {
 mod tests {
     use super::*;
 
-    /// A shape that is scaled, turned and moved has the distances of its own, times the scale, at the positions taken
-    /// back into its frame.
-    #[test]
-    fn a_placed_shape_is_the_same_elsewhere() {
-        let at = DVec3::new;
-        let shapes = [
-            Shape::Liver { width: 0.2 },
-            Shape::Box {
-                size: at(0.1, 0.06, 0.04),
-            },
-            Shape::Ellipsoid {
-                radii: at(0.06, 0.03, 0.02),
-            },
-            Shape::Capsule {
-                from: at(0.01, 0.0, 0.0),
-                to: at(0.05, 0.02, 0.0),
-                radius: 0.02,
-            },
-            Shape::Tube {
-                from: at(0.0, 0.0, -0.03),
-                to: at(0.01, 0.02, 0.03),
-                inner_radius: 0.01,
-                outer_radius: 0.02,
-            },
-        ];
-        // A quarter turn about z, twice the size.
-        let placed = Placement {
-            scale: 2.0,
-            turn: DMat3::from_rotation_z(std::f64::consts::FRAC_PI_2),
-            position: at(0.3, -0.2, 0.1),
-        };
-        for shape in shapes {
-            let (solid, _) = shape.solid(&Placement::IDENTITY).expect("a solid");
-            let (moved, _) = shape.solid(&placed).expect("a solid");
-            let (mut inside, mut outside) = (0, 0);
-            for k in 0..729 {
-                let pick = |k: i32| f64::from(k % 9 - 4) * 0.011;
-                let p = at(pick(k), pick(k / 9), pick(k / 81));
-                let there = 2.0 * at(-p.y, p.x, p.z) + placed.position;
-                let (a, b) = (solid.signed_distance(p), moved.signed_distance(there));
-                assert!(
-                    (2.0 * a - b).abs() < 1e-15 + 1e-12 * a.abs(),
-                    "{shape:?} at {p}: {a} {b}"
-                );
-                assert_eq!(solid.contains(p), moved.contains(there), "{shape:?} at {p}");
-                if a < 0.0 { inside += 1 } else { outside += 1 }
-            }
-            assert!(
-                inside > 20 && outside > 20,
-                "{shape:?}: {inside} inside, {outside} outside"
-            );
-        }
-    }
-
     #[test]
     fn each_direction_of_a_file_becomes_up() {
         let all = [

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use glam::{DMat3, DQuat, DVec3};
 use phyxel_discretize::{
-    Bounds, Grading, Mesh, Octree, Primitive, Refinement, SampleError, SampleSettings,
-    SampleTarget, SampledNodes, Solid, sample_tetrahedra,
+    Bounds, Grading, Mesh, MeshReport, Octree, Primitive, Refinement, RepairSettings, SampleError,
+    SampleSettings, SampleTarget, SampledNodes, Solid, repair, sample_tetrahedra,
 };
 use proptest::prelude::*;
 use testkit::cloud::BOX_FACES;
@@ -16,22 +16,14 @@ use testkit::tol::{assert_below, assert_relative};
 /// Volumes positive, as much as the boundary of the tetrahedra holds (so that none overlaps
 /// another), boundary vectors closed, `sum b (x) X = V I`, each to 1e-10; no tetrahedron inverted.
 pub(crate) fn check_sums(name: &str, s: &SampledNodes) {
-    assert!(
-        s.volumes.iter().all(|v| *v > 0.0),
-        "{name}: a volume is not positive"
-    );
+    assert!(s.volumes.iter().all(|v| *v > 0.0), "{name}: volumes");
     assert_eq!(s.report.quality.inverted, 0, "{name}");
     let volume: f64 = s.volumes.iter().sum();
     assert_relative(name, volume, s.report.volume, 0.0, 1e-12);
     let (surface, _) = s.surface();
     assert_relative(name, surface.volume(), volume, 0.0, 1e-10);
-    check_boundary(
-        name,
-        &s.positions,
-        &s.boundary_vectors,
-        volume,
-        s.report.area,
-    );
+    let area = s.report.area;
+    check_boundary(name, &s.positions, &s.boundary_vectors, volume, area);
 }
 
 /// `sum b = 0` and `sum b (x) X = V I`.
@@ -67,10 +59,8 @@ pub(crate) fn check_count(name: &str, nodes: usize, wanted: usize) {
 /// volume they cover.
 pub(crate) fn check_octree(tree: &Octree) {
     let leaves = tree.leaves();
-    let smallest = leaves
-        .iter()
-        .map(|l| l.size.x)
-        .fold(f64::INFINITY, f64::min);
+    let widths = leaves.iter().map(|l| l.size.x);
+    let smallest = widths.fold(f64::INFINITY, f64::min);
     let slack = 1e-6 * smallest;
     for (i, a) in leaves.iter().enumerate() {
         for b in &leaves[i + 1..] {
@@ -183,6 +173,42 @@ pub(crate) fn join(parts: &[(Mesh, bool)]) -> Mesh {
         }));
     }
     all
+}
+
+/// The same triangles without shared corners.
+pub(crate) fn soup(mesh: &Mesh) -> Mesh {
+    let count = u32::try_from(mesh.triangles.len()).expect("small meshes");
+    Mesh {
+        vertices: (0..mesh.triangles.len())
+            .flat_map(|t| mesh.corners(t))
+            .collect(),
+        triangles: (0..count).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect(),
+    }
+}
+
+/// A ball around the origin.
+pub(crate) fn ball(radius: f64) -> Solid {
+    let semi_axes = DVec3::splat(radius);
+    Primitive::Ellipsoid { semi_axes }.into()
+}
+
+/// What a repair by the default settings gives.
+pub(crate) fn repaired(mesh: &Mesh) -> (Mesh, MeshReport) {
+    repair(mesh, &RepairSettings::default()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// A mesh as binary STL.
+pub(crate) fn binary_stl(mesh: &Mesh) -> Vec<u8> {
+    let mut bytes = vec![b's'; 80];
+    bytes.extend(u32::try_from(mesh.triangles.len()).unwrap().to_le_bytes());
+    for t in 0..mesh.triangles.len() {
+        bytes.extend([0; 12]);
+        for p in mesh.corners(t) {
+            bytes.extend(p.as_vec3().to_array().iter().flat_map(|x| x.to_le_bytes()));
+        }
+        bytes.extend([0; 2]);
+    }
+    bytes
 }
 
 /// The folder of real meshes, if the environment names one.
