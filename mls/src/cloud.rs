@@ -303,16 +303,11 @@ impl Cloud {
         scratch: &mut Scratch,
     ) -> Result<f64, ShapeError> {
         self.gather(x, scratch)?;
-        let Scratch {
-            nodes,
-            values,
-            shape,
-            ..
-        } = scratch;
-        self.approximation()
-            .shape_values_into(x, nodes, shape, values)?;
+        let (nodes, values) = (&scratch.nodes, &mut scratch.values);
+        let approximation = self.approximation();
+        approximation.shape_values_into(x, nodes, &mut scratch.shape, values)?;
         let mut value = 0.0;
-        for (phi, &node) in values.iter().zip(&*nodes) {
+        for (phi, &node) in values.iter().zip(nodes) {
             value += phi * field[node as usize];
         }
         Ok(value)

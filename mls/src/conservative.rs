@@ -22,9 +22,7 @@ use glam::{DMat3, DVec3};
 use crate::error::StencilError;
 use crate::neighborhoods::Neighborhoods;
 use crate::parallel::{ROWS_PER_TASK, fill_rows, map};
-use crate::stencil::{
-    GradientStencils, SolveReport, StencilRank, checked_weights, correction, moments,
-};
+use crate::stencil::{GradientStencils, Row, SolveReport, StencilRank, checked_weights, moments};
 use coarse::CoarseSpace;
 use iteration::{Preconditioner, conjugate_gradients, largest};
 use operator::Operator;
@@ -163,23 +161,17 @@ impl Setup<'_> {
             .collect()
     }
 
+    fn row(&self, node: usize) -> Row<'_> {
+        Row::new(self.positions, self.neighborhoods, self.weights, node)
+    }
+
     /// `H_i`, zero on rows that take no part.
     fn corrections(&self, multipliers: &[DVec3]) -> Vec<DMat3> {
         let row = |node: usize| {
             if self.ranks[node].rank < 3 {
                 return DMat3::ZERO;
             }
-            let weights = &self.weights[self.neighborhoods.pairs(node)];
-            let (positions, neighborhoods) = (self.positions, self.neighborhoods);
-            let inverse = &self.inverses[node];
-            correction(
-                positions,
-                neighborhoods,
-                node,
-                weights,
-                multipliers,
-                inverse,
-            )
+            self.row(node).correction(multipliers, &self.inverses[node])
         };
         map(self.volumes.len(), ROWS_PER_TASK, row)
     }
@@ -189,11 +181,7 @@ impl Setup<'_> {
         let corrections = self.corrections(multipliers);
         let mut gradients = vec![DVec3::ZERO; self.weights.len()];
         fill_rows(self.neighborhoods, &mut gradients, |node, out| {
-            let pairs = self.neighborhoods.pairs(node);
-            let row = self.neighborhoods.row(node).iter();
-            for ((&j, &w), g) in row.zip(&self.weights[pairs]).zip(out) {
-                let j = j as usize;
-                let x = self.positions[j] - self.positions[node];
+            for ((j, x, w), g) in self.row(node).pairs().zip(out) {
                 *g = self.inverses[node] * (x * w);
                 if self.ranks[node].rank == 3 {
                     let e = multipliers[j] - multipliers[node] - corrections[node] * x;

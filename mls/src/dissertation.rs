@@ -57,14 +57,15 @@ pub fn dissertation_cloud(
     density: f64,
     rank_tolerance: f64,
 ) -> Result<DissertationCloud, StencilError> {
-    let KNearest {
-        neighborhoods: one_way,
-        support_radii,
-        mean_distances,
-    } = near;
+    let one_way = &near.neighborhoods;
     one_way.check_nodes("positions", points.len())?;
     let neighborhoods = one_way.symmetrized()?;
-    let mut weights = kernel_weights(Kernel::Polynomial, points, support_radii, &neighborhoods);
+    let mut weights = kernel_weights(
+        Kernel::Polynomial,
+        points,
+        &near.support_radii,
+        &neighborhoods,
+    );
     for node in 0..points.len() {
         for (pair, &other) in neighborhoods.pairs(node).zip(neighborhoods.row(node)) {
             if one_way.find_pair(node, other).is_none() {
@@ -74,7 +75,7 @@ pub fn dissertation_cloud(
     }
     Ok(DissertationCloud {
         stencils: GradientStencils::plain(points, &neighborhoods, weights, rank_tolerance)?,
-        masses: dissertation_masses(points, one_way, mean_distances, support_radii, density),
+        masses: masses(points, near, density),
         neighborhoods,
     })
 }
@@ -104,14 +105,12 @@ pub struct NodalMasses {
 /// nodes inside, so the sum is 1.3 to 2.2 times too large. Use true volumes for mechanics.
 ///
 /// A node that no neighbour and no support of its own reaches (radius 0) gets mass and volume 0.
-///
-fn dissertation_masses(
-    positions: &[DVec3],
-    neighborhoods: &Neighborhoods,
-    mean_distances: &[f64],
-    support_radii: &[f64],
-    density: f64,
-) -> NodalMasses {
+fn masses(positions: &[DVec3], near: &KNearest, density: f64) -> NodalMasses {
+    let KNearest {
+        neighborhoods,
+        support_radii,
+        mean_distances,
+    } = near;
     let count = neighborhoods.node_count();
     let cubes: Vec<f64> = mean_distances.iter().map(|r| r * r * r * density).collect();
     let term = |i: usize, j: usize| {
@@ -178,11 +177,8 @@ mod tests {
                 }
             }
             assert_eq!(slopes[0], slopes[1], "node {node}");
-            assert!(
-                slopes[0].abs_diff_eq(map, 1e-12),
-                "node {node}: {}",
-                slopes[0]
-            );
+            let slope = slopes[0];
+            assert!(slope.abs_diff_eq(map, 1e-12), "node {node}: {slope}");
             let row = &made.stencils.weights[made.neighborhoods.pairs(node)];
             seen += row.iter().filter(|weight| **weight > 0.0).count();
             both += row.len();
@@ -198,13 +194,7 @@ mod tests {
         let count = usize::try_from(n).unwrap();
         let points = cloud::lattice([count; 3], spacing, 0.0, 0);
         let found = k_nearest(&points, &NearestSettings::default()).unwrap();
-        let made = dissertation_masses(
-            &points,
-            &found.neighborhoods,
-            &found.mean_distances,
-            &found.support_radii,
-            1060.0,
-        );
+        let made = masses(&points, &found, 1060.0);
         let mean = made.densities.iter().sum::<f64>() / points.len() as f64;
         assert_relative("mean density", mean, 1060.0, 0.0, 1e-12);
         for i in 0..points.len() {
@@ -223,19 +213,9 @@ mod tests {
         let mut points = vec![DVec3::ZERO; 20];
         points.extend(cloud::uniform(60, 1.0, 2));
         let found = k_nearest(&points, &NearestSettings::default()).unwrap();
-        let made = dissertation_masses(
-            &points,
-            &found.neighborhoods,
-            &found.mean_distances,
-            &found.support_radii,
-            1000.0,
-        );
-        assert!(
-            made.volumes
-                .iter()
-                .chain(&made.densities)
-                .all(|v| v.is_finite())
-        );
+        let made = masses(&points, &found, 1000.0);
+        let mut all = made.volumes.iter().chain(&made.densities);
+        assert!(all.all(|v| v.is_finite()));
         assert_within("radius 0", made.masses[3], 0.0, 0.0);
     }
 }

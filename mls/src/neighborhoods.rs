@@ -180,6 +180,12 @@ impl Neighborhoods {
         Some(self.offsets[node] as usize + position)
     }
 
+    /// Neighbours of one node with the positions of their pairs.
+    pub(crate) fn entries(&self, node: usize) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let row = self.row(node).iter().map(|&j| j as usize);
+        self.pairs(node).zip(row)
+    }
+
     /// Refuses a list that does not have one entry per node.
     pub(crate) fn check_nodes(&self, name: &'static str, found: usize) -> Result<(), GraphError> {
         check_length(name, found, self.node_count())

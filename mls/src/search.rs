@@ -296,7 +296,7 @@ pub fn k_nearest(points: &[DVec3], settings: &NearestSettings) -> Result<KNeares
     }
     positive("the support scale", settings.scale)?;
     let tree = PointTree::new(points)?;
-    let found: Vec<(Vec<u32>, f64, f64)> = map_with(
+    let found: Vec<(Vec<u32>, (f64, f64))> = map_with(
         points.len(),
         ROWS_PER_TASK,
         |(buffer, guess): &mut (Vec<_>, f64), node| {
@@ -324,17 +324,10 @@ pub fn k_nearest(points: &[DVec3], settings: &NearestSettings) -> Result<KNeares
                     .collect(),
             };
             row.sort_unstable();
-            (row, radius, mean)
+            (row, (radius, mean))
         },
     );
-    let mut rows = Vec::with_capacity(found.len());
-    let mut support_radii = Vec::with_capacity(found.len());
-    let mut mean_distances = Vec::with_capacity(found.len());
-    for (row, radius, mean) in found {
-        rows.push(row);
-        support_radii.push(radius);
-        mean_distances.push(mean);
-    }
+    let (rows, (support_radii, mean_distances)) = found.into_iter().unzip();
     Ok(KNearest {
         neighborhoods: join(rows)?,
         support_radii,

@@ -79,21 +79,13 @@ impl Approximation<'_> {
         gradient: &mut [DVec3],
     ) -> Result<f64, ShapeError> {
         assert_eq!(phi.len(), neighbors.len(), "one value per neighbour");
-        assert_eq!(
-            gradient.len(),
-            neighbors.len(),
-            "one gradient per neighbour"
-        );
+        let count = neighbors.len();
+        assert_eq!(gradient.len(), count, "one gradient per neighbour");
         let m = self.basis.size();
-        let Fit {
-            scale,
-            inverse,
-            condition,
-            a,
-        } = self.fit(x, neighbors, scratch)?;
-        let slopes = self.basis.gradients(x, x, scale);
+        let fit = self.fit(x, neighbors, scratch)?;
+        let a = fit.a;
         // A⁻¹ (∇p − ∇A a) for each axis, with ∇A a = Σ ∇w_j p_j (p_jᵀ a).
-        let mut changes = slopes;
+        let mut changes = self.basis.gradients(x, x, fit.scale);
         for (dw, p) in scratch.weight_gradients.iter().zip(&scratch.values) {
             let along = dot(p, &a, m);
             for (change, part) in changes.iter_mut().zip(dw.to_array()) {
@@ -102,19 +94,16 @@ impl Approximation<'_> {
                 }
             }
         }
-        let changes = changes.map(|change| multiply(&inverse, &change, m));
-        let data = scratch
-            .weights
-            .iter()
-            .zip(&scratch.weight_gradients)
-            .zip(&scratch.values);
+        let changes = changes.map(|change| multiply(&fit.inverse, &change, m));
+        let data = scratch.weights.iter().zip(&scratch.weight_gradients);
+        let data = data.zip(&scratch.values);
         for (((w, dw), p), (phi, gradient)) in data.zip(phi.iter_mut().zip(gradient)) {
             let along = dot(p, &a, m);
             *phi = w * along;
             let change = DVec3::from_array([0, 1, 2].map(|axis| dot(p, &changes[axis], m)));
             *gradient = *dw * along + change * *w;
         }
-        Ok(condition)
+        Ok(fit.condition)
     }
 
     /// Shape functions alone, see [`Approximation::shape_functions_into`].

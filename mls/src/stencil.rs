@@ -139,9 +139,7 @@ impl GradientStencils {
         self.assert_same(positions, neighborhoods);
         let mut gradients = vec![DVec3::ZERO; self.weights.len()];
         fill_rows(neighborhoods, &mut gradients, |node, out| {
-            let pairs = neighborhoods.pairs(node).zip(neighborhoods.row(node));
-            for (g, (pair, &j)) in out.iter_mut().zip(pairs) {
-                let j = j as usize;
+            for (g, (pair, j)) in out.iter_mut().zip(neighborhoods.entries(node)) {
                 let mut factor = self.matrices[node] * (positions[j] - positions[node]);
                 if !self.multipliers.is_empty() {
                     let apart = self.multipliers[j] - self.multipliers[node];
@@ -193,11 +191,9 @@ impl GradientStencils {
         self.assert_same(positions, neighborhoods);
         for &node in touched {
             let node = node as usize;
-            let pairs = neighborhoods.pairs(node);
-            self.take_factors(&factor, pairs.clone())?;
-            let weights = &self.weights[pairs];
-            let moment = moment(positions, neighborhoods, node, weights);
-            let (inverse, rank) = invert_moment(&moment, self.rank_tolerance);
+            self.take_factors(&factor, neighborhoods.pairs(node))?;
+            let row = Row::new(positions, neighborhoods, &self.weights, node);
+            let (inverse, rank) = invert_moment(&row.moment(), self.rank_tolerance);
             self.ranks[node] = rank;
             self.matrices[node] = inverse;
             if self.multipliers.is_empty() {
@@ -205,15 +201,7 @@ impl GradientStencils {
             }
             self.scales[node] = 0.0;
             if rank.rank == 3 {
-                let multipliers = &self.multipliers;
-                let h = correction(
-                    positions,
-                    neighborhoods,
-                    node,
-                    weights,
-                    multipliers,
-                    &inverse,
-                );
+                let h = row.correction(&self.multipliers, &inverse);
                 self.scales[node] = self.volumes[node];
                 self.matrices[node] -= h * self.volumes[node];
             }
@@ -223,11 +211,8 @@ impl GradientStencils {
 
     fn assert_same(&self, positions: &[DVec3], neighborhoods: &Neighborhoods) {
         assert_eq!(positions.len(), self.ranks.len(), "one position per node");
-        assert_eq!(
-            neighborhoods.pair_count(),
-            self.weights.len(),
-            "the graph of the set-up"
-        );
+        let pairs = neighborhoods.pair_count();
+        assert_eq!(pairs, self.weights.len(), "the graph of the set-up");
     }
 
     /// `w = f · w0`, rounded, on some pairs.
@@ -288,43 +273,62 @@ pub(crate) fn moments(
     rank_tolerance: f64,
 ) -> (Vec<DMat3>, Vec<StencilRank>) {
     let found = map(positions.len(), ROWS_PER_TASK, |node| {
-        let weights = &weights[neighborhoods.pairs(node)];
-        let moment = moment(positions, neighborhoods, node, weights);
-        invert_moment(&moment, rank_tolerance)
+        let row = Row::new(positions, neighborhoods, weights, node);
+        invert_moment(&row.moment(), rank_tolerance)
     });
     found.into_iter().unzip()
 }
 
-/// `A_i = Σ_j w_ij X_ij X_ijᵀ`.
-fn moment(
-    positions: &[DVec3],
-    neighborhoods: &Neighborhoods,
+/// A node with the neighbours that it sees.
+pub(crate) struct Row<'a> {
+    positions: &'a [DVec3],
     node: usize,
-    weights: &[f64],
-) -> DMat3 {
-    let mut moment = DMat3::ZERO;
-    for (&j, &w) in neighborhoods.row(node).iter().zip(weights) {
-        let x = positions[j as usize] - positions[node];
-        moment += outer(x * w, x);
-    }
-    moment
+    neighbors: &'a [u32],
+    weights: &'a [f64],
 }
 
-/// `H_i = Σ_k (μ_k − μ_i) g0_ikᵀ` of a row of rank 3.
-pub(crate) fn correction(
-    positions: &[DVec3],
-    neighborhoods: &Neighborhoods,
-    node: usize,
-    weights: &[f64],
-    multipliers: &[DVec3],
-    moment_inverse: &DMat3,
-) -> DMat3 {
-    let mut tensor = DMat3::ZERO;
-    for (&j, &w) in neighborhoods.row(node).iter().zip(weights) {
-        let x = positions[j as usize] - positions[node];
-        tensor += outer(multipliers[j as usize] - multipliers[node], x * w);
+impl<'a> Row<'a> {
+    /// The row of a node; weights are those of all pairs.
+    pub(crate) fn new(
+        positions: &'a [DVec3],
+        neighborhoods: &'a Neighborhoods,
+        weights: &'a [f64],
+        node: usize,
+    ) -> Self {
+        Self {
+            positions,
+            node,
+            neighbors: neighborhoods.row(node),
+            weights: &weights[neighborhoods.pairs(node)],
+        }
     }
-    tensor * *moment_inverse
+
+    /// j, `X_ij` and `w_ij` of every neighbour.
+    pub(crate) fn pairs(&self) -> impl Iterator<Item = (usize, DVec3, f64)> + '_ {
+        let neighbors = self.neighbors.iter().map(|&j| j as usize);
+        neighbors.zip(self.weights).map(|(j, &w)| {
+            let x = self.positions[j] - self.positions[self.node];
+            (j, x, w)
+        })
+    }
+
+    /// `A_i = Σ_j w_ij X_ij X_ijᵀ`.
+    fn moment(&self) -> DMat3 {
+        let mut moment = DMat3::ZERO;
+        for (_, x, w) in self.pairs() {
+            moment += outer(x * w, x);
+        }
+        moment
+    }
+
+    /// `H_i = Σ_k (μ_k − μ_i) g0_ikᵀ` of a row of rank 3.
+    pub(crate) fn correction(&self, multipliers: &[DVec3], moment_inverse: &DMat3) -> DMat3 {
+        let mut tensor = DMat3::ZERO;
+        for (j, x, w) in self.pairs() {
+            tensor += outer(multipliers[j] - multipliers[self.node], x * w);
+        }
+        tensor * *moment_inverse
+    }
 }
 
 /// A weight to the digits of an f32, so that the factored form may be stored in one: what is solved for

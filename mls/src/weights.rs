@@ -12,11 +12,8 @@ fn for_pairs(
     neighborhoods: &Neighborhoods,
     value: impl Fn(usize, usize) -> f64 + Sync,
 ) -> Vec<f64> {
-    assert_eq!(
-        positions.len(),
-        neighborhoods.node_count(),
-        "one position per node"
-    );
+    let nodes = neighborhoods.node_count();
+    assert_eq!(positions.len(), nodes, "one position per node");
     let mut weights = vec![0.0; neighborhoods.pair_count()];
     fill_rows(neighborhoods, &mut weights, |node, out| {
         for (weight, &neighbor) in out.iter_mut().zip(neighborhoods.row(node)) {
@@ -44,11 +41,8 @@ pub fn kernel_weights(
     support_radii: &[f64],
     neighborhoods: &Neighborhoods,
 ) -> Vec<f64> {
-    assert_eq!(
-        support_radii.len(),
-        neighborhoods.node_count(),
-        "one radius per node"
-    );
+    let nodes = neighborhoods.node_count();
+    assert_eq!(support_radii.len(), nodes, "one radius per node");
     for_pairs(positions, neighborhoods, |i, j| {
         let q = (positions[j] - positions[i]).length() / support_radii[j];
         finite_or_zero(kernel.value(q))
@@ -80,17 +74,12 @@ fn finite_or_zero(weight: f64) -> f64 {
 /// If `positions` is not `n` long.
 #[must_use]
 pub fn mean_neighbor_distance(positions: &[DVec3], neighborhoods: &Neighborhoods) -> Vec<f64> {
-    assert_eq!(
-        positions.len(),
-        neighborhoods.node_count(),
-        "one position per node"
-    );
-    map(positions.len(), ROWS_PER_TASK, |i| {
+    let nodes = neighborhoods.node_count();
+    assert_eq!(positions.len(), nodes, "one position per node");
+    map(nodes, ROWS_PER_TASK, |i| {
         let row = neighborhoods.row(i);
-        let sum: f64 = row
-            .iter()
-            .map(|&j| (positions[j as usize] - positions[i]).length())
-            .sum();
+        let distance = |&j: &u32| (positions[j as usize] - positions[i]).length();
+        let sum: f64 = row.iter().map(distance).sum();
         if row.is_empty() {
             0.0
         } else {

@@ -49,18 +49,11 @@ impl<'a> Operator<'a> {
     pub(super) fn new(setup: &Setup<'a>) -> Self {
         let (positions, neighborhoods) = (setup.positions, setup.neighborhoods);
         let weights = setup.weights;
-        let scale = setup
-            .scales()
-            .iter()
-            .map(|volume| volume * volume)
-            .collect();
+        let scale = setup.scales().iter().map(|v| v * v).collect();
         let first_moments = map(positions.len(), ROWS_PER_TASK, |i| {
-            let mut sum = DVec3::ZERO;
-            for pair in neighborhoods.pairs(i) {
-                let j = neighborhoods.indices()[pair] as usize;
-                sum += (positions[j] - positions[i]) * weights[pair];
-            }
-            sum
+            let parts = setup.row(i);
+            let parts = parts.pairs().map(|(_, x, w)| x * w);
+            parts.fold(DVec3::ZERO, |sum, part| sum + part)
         });
         let reverse = setup.reverse;
         let back = |pair| weights[reverse[pair] as usize];
@@ -120,14 +113,12 @@ impl<'a> Operator<'a> {
 
     /// Reciprocal diagonal of `Eᵀ D E`, 0 where there is none: `V_j² (W_j − m_jᵀ A_j⁻¹ m_j) + Σ_i V_i² w_ij (1 − w_ij X_ijᵀ A_i⁻¹ X_ij)`.
     pub(super) fn inverse_diagonal(&self) -> Vec<f64> {
-        let indices = self.neighborhoods.indices();
         map(self.positions.len(), ROWS_PER_TASK, |j| {
             let m = self.first_moments[j];
             let mut total = 0.0;
             let mut others = 0.0;
-            for pair in self.neighborhoods.pairs(j) {
+            for (pair, i) in self.neighborhoods.entries(j) {
                 total += self.weights[pair];
-                let i = indices[pair] as usize;
                 let w = self.back_weights[pair];
                 let x = self.positions[j] - self.positions[i];
                 let own = w * x.dot(self.moment_inverses[i] * x);

@@ -21,11 +21,10 @@ pub(super) fn pieces(neighborhoods: &Neighborhoods, weights: &[f64]) -> Vec<Vec<
         while next < piece.len() {
             let node = piece[next] as usize;
             next += 1;
-            for pair in neighborhoods.pairs(node) {
-                let j = neighborhoods.indices()[pair];
-                if weights[pair] > 0.0 && !seen[j as usize] {
-                    seen[j as usize] = true;
-                    piece.push(j);
+            for (pair, j) in neighborhoods.entries(node) {
+                if weights[pair] > 0.0 && !seen[j] {
+                    seen[j] = true;
+                    piece.push(to_u32(j));
                 }
             }
         }

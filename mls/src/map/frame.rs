@@ -174,12 +174,10 @@ impl MapFrame<'_> {
         while next < queue.len() && missing > 0 {
             let node = queue[next] as usize;
             next += 1;
-            for pair in map.neighborhoods.pairs(node) {
-                if map.severed[pair] {
-                    continue;
-                }
-                let other = map.neighborhoods.indices()[pair];
-                if let Ok(slot) = near.binary_search(&other)
+            let neighbors = map.neighborhoods.row(node);
+            for (pair, &other) in map.neighborhoods.pairs(node).zip(neighbors) {
+                if !map.severed[pair]
+                    && let Ok(slot) = near.binary_search(&other)
                     && !reached[slot]
                 {
                     reached[slot] = true;
@@ -188,11 +186,8 @@ impl MapFrame<'_> {
                 }
             }
         }
-        let mut keep = wanted
-            .iter()
-            .zip(&reached)
-            .map(|(&wanted, &reached)| wanted && reached);
-        near.retain(|_| keep.next().unwrap_or(false));
+        let mut keep = wanted.into_iter().zip(reached);
+        near.retain(|_| keep.next() == Some((true, true)));
         near
     }
 
@@ -243,9 +238,7 @@ impl MapFrame<'_> {
         let map = self.map;
         let around = |centre: DVec3, slack: f64| {
             let mut nodes = self.connected(centre, slack, start);
-            if least > f64::NEG_INFINITY {
-                nodes.retain(|&node| self.gradients[node as usize].determinant() >= least);
-            }
+            nodes.retain(|&node| self.gradients[node as usize].determinant() >= least);
             nodes
         };
         let bound = TOLERANCE * map.support_radii[start as usize];
