@@ -134,12 +134,8 @@ mod tests {
         for step in 0..100 {
             let q = f64::from(step) / 100.0;
             let expanded = 1.0 - 3.0 * q.powi(2) + 3.0 * q.powi(4) - q.powi(6);
-            assert_within(
-                "eq. 15",
-                Kernel::Polynomial.value(q),
-                expanded,
-                4.0 * f64::EPSILON,
-            );
+            let value = Kernel::Polynomial.value(q);
+            assert_within("eq. 15", value, expanded, 4.0 * f64::EPSILON);
         }
     }
 }

@@ -142,13 +142,7 @@ mod tests {
         assert_eq!(eigen.rank(1e-3), 2);
         assert!(eigen.condition() > 1e14);
         let product = eigen.truncated_inverse(2) * plane;
-        let expected = DMat3::IDENTITY - outer(n, n);
-        assert!(
-            (product - expected)
-                .to_cols_array()
-                .iter()
-                .all(|x| x.abs() < 1e-15)
-        );
+        assert!(product.abs_diff_eq(DMat3::IDENTITY - outer(n, n), 1e-15));
     }
 
     #[test]

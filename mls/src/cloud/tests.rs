@@ -191,31 +191,23 @@ fn bad_input_is_named() {
         ..settings
     };
     for r in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        assert!(
-            Cloud::new(&[DVec3::ZERO], &radius(r)).is_err(),
-            "radius {r}"
-        );
+        let made = Cloud::new(&[DVec3::ZERO], &radius(r));
+        assert!(made.is_err(), "radius {r}");
     }
+    let (nearest, scale) = (0, 1.0);
     let none = CloudSettings {
-        support: SupportRule::Nearest {
-            nearest: 0,
-            scale: 1.0,
-        },
+        support: SupportRule::Nearest { nearest, scale },
         ..settings
     };
-    assert_eq!(
-        Cloud::new(&[DVec3::ZERO], &none).unwrap_err(),
-        CloudError::NoNeighbors
-    );
+    let refused = Cloud::new(&[DVec3::ZERO], &none).unwrap_err();
+    assert_eq!(refused, CloudError::NoNeighbors);
     let empty = Cloud::new(&[], &settings).unwrap_err();
     assert_eq!(empty, CloudError::Empty);
     let cloud = Cloud::new(&[DVec3::ZERO], &radius(1.0)).unwrap();
     let lost = cloud.value(DVec3::splat(f64::NAN), &[1.0]);
     assert_eq!(lost, Err(ShapeError::NotFinite));
-    let nothing = Err(ShapeError::TooFewNeighbors {
-        found: 0,
-        needed: 10,
-    });
+    let (found, needed) = (0, 10);
+    let nothing = Err(ShapeError::TooFewNeighbors { found, needed });
     assert_eq!(cloud.value(DVec3::X * 3.0, &[1.0]), nothing);
     // Points in a plane do not tell z apart.
     let flat: Vec<DVec3> = lattice(Dimension::Two, 6, 0.0, 0)

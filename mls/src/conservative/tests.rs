@@ -28,20 +28,8 @@ fn weighted(
     weights: Vec<f64>,
     settings: &ConservativeSettings,
 ) -> Result<GradientStencils, StencilError> {
-    let Block {
-        positions,
-        volumes,
-        boundary_vectors,
-        ..
-    } = block;
-    GradientStencils::conservative(
-        positions,
-        volumes,
-        boundary_vectors,
-        graph,
-        weights,
-        settings,
-    )
+    let (x, b) = (&block.positions, &block.boundary_vectors);
+    GradientStencils::conservative(x, &block.volumes, b, graph, weights, settings)
 }
 
 fn report(s: &GradientStencils) -> SolveReport {
@@ -197,28 +185,28 @@ fn bad_input_is_named() {
         weighted(&b, &graph, w, &settings).unwrap_err()
     };
     let nan = f64::NAN;
-    assert_eq!(
-        try_with(&|b, _| b.positions[3].x = nan),
-        StencilError::Position { node: 3 }
-    );
-    let volume = StencilError::Volume {
-        node: 2,
-        value: 0.0,
-    };
-    assert_eq!(try_with(&|b, _| b.volumes[2] = 0.0), volume);
-    assert_eq!(
-        try_with(&|b, _| b.boundary_vectors[1].z = f64::INFINITY),
-        StencilError::BoundaryVector { node: 1 }
-    );
-    let weight = StencilError::Weight {
-        pair: 7,
-        value: -1.0,
-    };
-    assert_eq!(try_with(&|_, w| w[7] = -1.0), weight);
+    let position = try_with(&|b, _| b.positions[3].x = nan);
+    assert_eq!(position, StencilError::Position { node: 3 });
+    let volume = try_with(&|b, _| b.volumes[2] = 0.0);
     assert_matches!(
-        try_with(&|b, _| b.volumes.truncate(4)),
-        StencilError::Graph(_)
+        volume,
+        StencilError::Volume {
+            node: 2,
+            value: 0.0
+        }
     );
+    let boundary = try_with(&|b, _| b.boundary_vectors[1].z = f64::INFINITY);
+    assert_eq!(boundary, StencilError::BoundaryVector { node: 1 });
+    let weight = try_with(&|_, w| w[7] = -1.0);
+    assert_matches!(
+        weight,
+        StencilError::Weight {
+            pair: 7,
+            value: -1.0
+        }
+    );
+    let short = try_with(&|b, _| b.volumes.truncate(4));
+    assert_matches!(short, StencilError::Graph(_));
     let lopsided = Neighborhoods::from_graph(vec![0, 1, 1], vec![1]).unwrap();
     let made = GradientStencils::conservative(
         &[DVec3::ZERO, DVec3::X],
@@ -228,17 +216,11 @@ fn bad_input_is_named() {
         vec![1.0],
         &settings,
     );
-    assert!(matches!(made, Err(StencilError::Graph(_))));
+    assert_matches!(made, Err(StencilError::Graph(_)));
     let (_, mut s) = build(&block);
-    assert_matches!(
-        s.update_rows(
-            &block.positions,
-            &graph,
-            |pair| if pair == 0 { nan } else { 1.0 },
-            &[0]
-        ),
-        Err(StencilError::Weight { pair: 0, .. })
-    );
+    let factor = |pair| if pair == 0 { nan } else { 1.0 };
+    let refused = s.update_rows(&block.positions, &graph, factor, &[0]);
+    assert_matches!(refused, Err(StencilError::Weight { pair: 0, .. }));
 }
 
 #[test]
@@ -311,20 +293,15 @@ fn diced_bodies_stay_finite() {
     assert_below("consistency", consistency, 1e-9);
     #[allow(clippy::cast_possible_truncation, reason = "that is what is tested")]
     let stored = s.weights.iter().map(|&w| f64::from(w as f32));
-    assert!(
-        stored
-            .zip(&s.weights)
-            .all(|(a, b)| a.to_bits() == b.to_bits())
-    );
+    let mut both = stored.zip(&s.weights);
+    assert!(both.all(|(a, b)| a.to_bits() == b.to_bits()));
 }
 
 #[test]
 fn graded_and_curved_clouds_are_conservative_too() {
     for block in [graded(10, 5), organ([14, 10, 9], 5)] {
-        assert!(
-            block.volumes.iter().all(|&v| v > 0.0),
-            "no cell is turned over"
-        );
+        let positive = block.volumes.iter().all(|&v| v > 0.0);
+        assert!(positive, "no cell is turned over");
         let (graph, s) = build(&block);
         is_exact(&block, &graph, &s);
     }
@@ -343,11 +320,9 @@ fn coarse_space_changes_the_iterations_and_not_the_stencils() {
             ..Default::default()
         };
         let slow = build_with(&block, &plain).1;
-        assert!(
-            report(&fast).converged && report(&slow).converged,
-            "{:?}",
-            slow.report
-        );
+        for s in [&fast, &slow] {
+            assert!(report(s).converged, "{:?}", s.report);
+        }
         let [a, b] = [&fast, &slow].map(|s| s.pair_gradients(&block.positions, &graph));
         let size = largest(&a);
         for (a, b) in a.iter().zip(&b) {
@@ -367,10 +342,8 @@ fn coarse_space_changes_the_iterations_and_not_the_stencils() {
 fn flat_rows_are_reported_and_widening_cures_them() {
     let block = organ([24; 3], 5);
     let (edges, s) = build(&block);
-    assert!(
-        s.ranks.iter().filter(|r| r.rank < 3).count() > 20,
-        "the case is a hard one"
-    );
+    let flat = s.ranks.iter().filter(|r| r.rank < 3).count();
+    assert!(flat > 20, "the case is a hard one");
     let stopped = report(&s);
     assert!(!stopped.converged && stopped.residual < 1.0, "{stopped:?}");
     let (conservation, consistency) = errors(&block, &edges, &s);

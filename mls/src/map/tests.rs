@@ -84,11 +84,9 @@ fn body() -> Body {
 
 /// The nodes under a motion, and its gradients there.
 fn moved_by(body: &Body, motion: fn(DVec3) -> DVec3) -> (Vec<DVec3>, Vec<DMat3>) {
-    let moved = body.points.iter().map(|&x| motion(x)).collect();
-    (
-        moved,
-        body.points.iter().map(|&x| gradient(motion, x)).collect(),
-    )
+    let of = body.points.iter();
+    let moved = of.clone().map(|&x| motion(x)).collect();
+    (moved, of.map(|&x| gradient(motion, x)).collect())
 }
 
 /// Everything is seen.
@@ -194,18 +192,10 @@ fn jacobian_is_the_derivative_of_the_forward_map() {
     let d = DVec3::new(0.3, -0.7, 0.5);
     let nodes = frame.connected(x, 0.01, frame.nearest_node(motion(x)));
     let slope = (frame.forward(x, &nodes).unwrap().jacobian * d).dot(DVec3::ONE);
-    let along = |t: f64| {
-        frame
-            .forward(x + d * t, &nodes)
-            .unwrap()
-            .position
-            .dot(DVec3::ONE)
-    };
-    assert_below(
-        "jacobian",
-        directional_error(along, slope, 1e-3, 1e-3),
-        1e-8,
-    );
+    let forward = |x: DVec3| frame.forward(x, &nodes).unwrap().position;
+    let along = |t: f64| forward(x + d * t).dot(DVec3::ONE);
+    let error = directional_error(along, slope, 1e-3, 1e-3);
+    assert_below("jacobian", error, 1e-8);
 }
 
 #[test]
@@ -278,25 +268,17 @@ fn a_preimage_is_in_tissue_or_not_at_all() {
 fn bad_input_is_named() {
     let body = body();
     let empty = Neighborhoods::from_graph(vec![0], vec![]).unwrap();
-    assert_matches!(
-        MaterialMap::new(&[], &[], &empty),
-        Err(MapError::Cloud(CloudError::Empty))
-    );
+    let made = MaterialMap::new(&[], &[], &empty);
+    assert_matches!(made, Err(MapError::Cloud(CloudError::Empty)));
     let zero = vec![0.0; body.points.len()];
-    assert_matches!(
-        MaterialMap::new(&body.points, &zero, &body.graph),
-        Err(MapError::Cloud(CloudError::NotPositive { .. }))
-    );
-    assert_matches!(
-        body.map.frame(&body.points[1..], &[]),
-        Err(MapError::Graph(_))
-    );
+    let made = MaterialMap::new(&body.points, &zero, &body.graph);
+    assert_matches!(made, Err(MapError::Cloud(CloudError::NotPositive { .. })));
+    let made = body.map.frame(&body.points[1..], &[]);
+    assert_matches!(made, Err(MapError::Graph(_)));
     let mut gradients = vec![DMat3::IDENTITY; body.points.len()];
     gradients[4].x_axis.x = f64::NAN;
-    assert_matches!(
-        body.map.frame(&body.points, &gradients),
-        Err(MapError::DeformationGradient { node: 4 })
-    );
+    let made = body.map.frame(&body.points, &gradients);
+    assert_matches!(made, Err(MapError::DeformationGradient { node: 4 }));
 }
 
 /// The walk that ends early and serves several iterates finds what a plain search of all nodes does.

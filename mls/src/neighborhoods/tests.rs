@@ -14,13 +14,7 @@ fn graph() -> impl Strategy<Value = Neighborhoods> {
                     rows[i].push(to_u32(j));
                 }
             }
-            let mut offsets = vec![0];
-            let mut indices = Vec::new();
-            for row in rows {
-                indices.extend(row);
-                offsets.push(to_u32(indices.len()));
-            }
-            Neighborhoods::from_graph(offsets, indices).unwrap()
+            Neighborhoods::from_lists(&rows).unwrap()
         })
 }
 
@@ -70,35 +64,21 @@ fn refuses_what_is_not_a_graph() {
         Neighborhoods::from_graph(offsets.to_vec(), indices.to_vec()).unwrap_err()
     };
     assert_eq!(from(&[], &[]), GraphError::Empty);
-    assert_eq!(
-        from(&[1, 1], &[0]),
-        GraphError::Offsets {
-            position: 0,
-            value: 1
-        }
-    );
-    assert_eq!(
-        from(&[0, 2, 1], &[1]),
-        GraphError::Offsets {
-            position: 2,
-            value: 1
-        }
-    );
-    assert_eq!(
-        from(&[0, 1, 1], &[1, 0]),
-        GraphError::Offsets {
-            position: 2,
-            value: 1
-        }
-    );
-    assert_eq!(
-        from(&[0, 1, 1], &[7]),
-        GraphError::OutOfRange {
-            node: 0,
-            neighbor: 7,
-            count: 2
-        }
-    );
+    for (offsets, indices, position, value) in [
+        (&[1, 1][..], &[0][..], 0, 1),
+        (&[0, 2, 1], &[1], 2, 1),
+        (&[0, 1, 1], &[1, 0], 2, 1),
+    ] {
+        let expected = GraphError::Offsets { position, value };
+        assert_eq!(from(offsets, indices), expected);
+    }
+    let (node, neighbor, count) = (0, 7, 2);
+    let expected = GraphError::OutOfRange {
+        node,
+        neighbor,
+        count,
+    };
+    assert_eq!(from(&[0, 1, 1], &[7]), expected);
     assert_eq!(from(&[0, 1, 1], &[0]), GraphError::SelfLoop { node: 0 });
 }
 
@@ -127,13 +107,9 @@ fn lists_and_edges_are_taken_as_searches_and_meshes_give_them() {
 #[test]
 fn asymmetry_is_named() {
     let graph = Neighborhoods::from_graph(vec![0, 1, 2, 3], vec![1, 0, 1]).unwrap();
-    assert_eq!(
-        graph.reverse_pairs(),
-        Err(GraphError::NotSymmetric {
-            node: 2,
-            neighbor: 1
-        })
-    );
+    let (node, neighbor) = (2, 1);
+    let expected = GraphError::NotSymmetric { node, neighbor };
+    assert_eq!(graph.reverse_pairs(), Err(expected));
 }
 
 #[test]

@@ -99,38 +99,22 @@ fn lattice_ties_go_to_the_lower_index() {
 fn bad_input_is_named() {
     let mut points = cloud::uniform(5, 1.0, 1);
     let settings = NearestSettings::default();
-    assert_eq!(
-        k_nearest(
-            &points,
-            &NearestSettings {
-                nearest: 0,
-                ..settings
-            }
-        ),
-        Err(CloudError::NoNeighbors)
-    );
-    assert_eq!(
-        k_nearest(
-            &points,
-            &NearestSettings {
-                scale: -1.0,
-                ..settings
-            }
-        ),
-        Err(CloudError::NotPositive {
-            name: "the support scale",
-            value: -1.0
-        })
-    );
-    assert_matches!(
-        within_radius(&points, f64::NAN),
-        Err(CloudError::NotPositive { .. })
-    );
+    let nearest = |nearest, scale| {
+        let settings = NearestSettings {
+            nearest,
+            scale,
+            ..settings
+        };
+        k_nearest(&points, &settings).unwrap_err()
+    };
+    assert_eq!(nearest(0, 1.5), CloudError::NoNeighbors);
+    let (name, value) = ("the support scale", -1.0);
+    assert_eq!(nearest(16, -1.0), CloudError::NotPositive { name, value });
+    let within = within_radius(&points, f64::NAN);
+    assert_matches!(within, Err(CloudError::NotPositive { .. }));
     points[3].y = f64::NAN;
-    assert_eq!(
-        k_nearest(&points, &settings),
-        Err(CloudError::NotFinite { point: 3 })
-    );
+    let refused = k_nearest(&points, &settings);
+    assert_eq!(refused, Err(CloudError::NotFinite { point: 3 }));
 }
 
 #[test]
