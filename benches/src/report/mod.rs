@@ -30,6 +30,18 @@ pub struct Report {
     pub pictures: Vec<Picture>,
 }
 
+impl Report {
+    /// A report without pictures.
+    pub(crate) fn new(words: &[&str], tables: Vec<Table>, plots: Vec<Plot>) -> Self {
+        Self {
+            words: words.iter().copied().map(str::to_owned).collect(),
+            tables,
+            plots,
+            pictures: Vec::new(),
+        }
+    }
+}
+
 /// A picture.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Picture {
@@ -122,6 +134,20 @@ macro_rules! row {
 }
 pub(crate) use row;
 
+/// The plots of a table: name, title, scale and label of both axes, lines.
+macro_rules! plots {
+    ($($name:literal $title:expr, $x:ident $across:expr, $y:ident $up:expr => $lines:expr;)*) => {
+        vec![$($crate::report::Plot::new(
+            $name,
+            $title,
+            $crate::report::$x($across),
+            $crate::report::$y($up),
+            $lines,
+        )),*]
+    };
+}
+pub(crate) use plots;
+
 impl Serialize for Cell {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
@@ -196,6 +222,26 @@ fn significant(number: f64) -> String {
 }
 
 impl Table {
+    /// A table under a `header` of `name (unit)` of each column, or `name` of one that holds words, with `; ` between them.
+    pub(crate) fn new(
+        name: &'static str,
+        title: impl Into<String>,
+        header: &'static str,
+        rows: Vec<Vec<Cell>>,
+    ) -> Self {
+        let column = |heading: &'static str| {
+            let both = heading.strip_suffix(')').and_then(|h| h.rsplit_once(" ("));
+            let (name, unit) = both.unwrap_or((heading, ""));
+            Column { name, unit }
+        };
+        Self {
+            name,
+            title: title.into(),
+            columns: header.split("; ").map(column).collect(),
+            rows,
+        }
+    }
+
     /// The table as CSV with a header of `name (unit)`; numbers in full.
     ///
     /// # Panics
@@ -263,12 +309,6 @@ impl fmt::Display for Table {
         }
         Ok(())
     }
-}
-
-/// Columns by their names and units.
-pub(crate) fn columns(names: &[(&'static str, &'static str)]) -> Vec<Column> {
-    let column = |&(name, unit)| Column { name, unit };
-    names.iter().map(column).collect()
 }
 
 /// A plot of lines.
@@ -372,28 +412,20 @@ impl Series {
     }
 }
 
+/// Adds a point to the line of a name, which begins with it if there is none.
+pub(crate) fn add_point(lines: &mut Vec<Series>, name: &str, point: (f64, f64)) {
+    match lines.iter_mut().find(|line| line.name == name) {
+        Some(line) => line.points.push(point),
+        None => lines.push(Series::line(name, vec![point])),
+    }
+}
+
 pub(crate) mod checks {
     use super::*;
 
     pub(crate) fn tables_line_up_and_keep_all_digits_in_csv() {
-        let table = Table {
-            name: "t",
-            title: "T".to_owned(),
-            columns: vec![
-                Column {
-                    name: "method",
-                    unit: "",
-                },
-                Column {
-                    name: "error",
-                    unit: "1",
-                },
-            ],
-            rows: vec![
-                vec![Cell::Word("a, b".to_owned()), Cell::Number(0.1 + 0.2)],
-                vec![Cell::Word("c".to_owned()), Cell::Nothing],
-            ],
-        };
+        let rows = vec![row!["a, b", 0.1 + 0.2], row!["c", Cell::Nothing]];
+        let table = Table::new("t", "T", "method; error (1)", rows);
         assert_eq!(
             String::from_utf8(table.to_csv()).unwrap(),
             "method,error (1)\n\"a, b\",3.0000000000000004e-1\nc,\n"

@@ -6,7 +6,7 @@ use glam::DVec3;
 use phyxel_integrate::{NewtonSettings, StaticLoad, solve_static};
 
 use crate::problems::model::Law;
-use crate::report::{Plot, Report, Series, Table, columns, log, row};
+use crate::report::{Report, Series, Table, plots, row};
 use crate::{Effort, StudyError};
 use phyxel::scene::{self, Form, MaterialSettings, Region, Scene, Shape, Support, Target};
 use phyxel::{Body, World};
@@ -36,10 +36,7 @@ struct Measured {
 }
 
 pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
-    let cells: &[f64] = match effort {
-        Effort::Full => &[2.0, 3.0, 4.0, 6.0, 8.0],
-        Effort::Quick => &[2.0, 4.0],
-    };
+    let cells: &[f64] = effort.choose(&[2.0, 3.0, 4.0, 6.0, 8.0], &[2.0, 4.0]);
     let (mut rows, mut by_spacing, mut by_cost) = (Vec::new(), Vec::new(), Vec::new());
     let meshed = REFERENCE.map(|known| (known, Form::Tetrahedra));
     let points = [(REFERENCE[0], Form::Points)];
@@ -68,56 +65,30 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
         by_spacing.push(Series::line(name.clone(), errors));
         by_cost.push(Series::line(name, costs));
     }
-    let plot = |name, title: &str, x: &str, series| {
-        Plot::new(
-            name,
-            title,
-            log(x),
-            log("error of the deflection (%)"),
-            series,
-        )
-    };
-    Ok(Report {
-        pictures: Vec::new(),
-        words: vec![
+    let table = Table::new(
+        "deflection",
+        "Error of the deflection and cost of the motion",
+        "Poisson's ratio (1); kind of nodes; nodes (1); spacing (m); error (%); \
+         step (ms simulated); time of a step (ms); speed (simulated s per s)",
+        rows,
+    );
+    let plots = plots![
+        "error" "Cantilever: error against spacing",
+            log "spacing (m)", log "error of the deflection (%)" => by_spacing;
+        "time" "Cantilever: error against cost",
+            log "wall time of a simulated second (s)", log "error of the deflection (%)" => by_cost;
+    ];
+    Ok(Report::new(
+        &[
             "A beam of 1 m x 0.2 m x 0.2 m, clamped at one end, its free end pulled down by a small \
              force spread over the face. The static deflection is compared with quadratic finite \
-             elements (26 x 6 x 6 cells, extrapolated). Density is 1000 kg/m^3 and E 10 kPa."
-                .to_owned(),
+             elements (26 x 6 x 6 cells, extrapolated). Density is 1000 kg/m^3 and E 10 kPa.",
             "The step is half the largest stable one; the time of a step is the mean over 40 steps, \
-             all threads."
-                .to_owned(),
+             all threads.",
         ],
-        tables: vec![Table {
-            name: "deflection",
-            title: "Error of the deflection and cost of the motion".to_owned(),
-            columns: columns(&[
-                ("Poisson's ratio", "1"),
-                ("kind of nodes", ""),
-                ("nodes", "1"),
-                ("spacing", "m"),
-                ("error", "%"),
-                ("step", "ms simulated"),
-                ("time of a step", "ms"),
-                ("speed", "simulated s per s"),
-            ]),
-            rows,
-        }],
-        plots: vec![
-            plot(
-                "error",
-                "Cantilever: error against spacing",
-                "spacing (m)",
-                by_spacing,
-            ),
-            plot(
-                "time",
-                "Cantilever: error against cost",
-                "wall time of a simulated second (s)",
-                by_cost,
-            ),
-        ],
-    })
+        vec![table],
+        plots,
+    ))
 }
 
 /// The beam, from the clamp at -x to the free end at +x.

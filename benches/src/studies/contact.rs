@@ -4,7 +4,7 @@ use glam::DVec3;
 use phyxel::scene::Scene;
 use phyxel::{Member, World};
 
-use crate::report::{Cell, Report, Table, columns, row};
+use crate::report::{Cell, Report, Table, row};
 use crate::{Effort, StudyError};
 
 /// Figures beside those they are compared with.
@@ -24,32 +24,20 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
     for case in [press, patch, spheres, bars, slide] {
         case(size, &mut rows)?;
     }
-    let columns = columns(&[
-        ("case", ""),
-        ("figure", ""),
-        ("found", ""),
-        ("expected", ""),
-        ("error", "%"),
-    ]);
-    Ok(Report {
-        pictures: Vec::new(),
-        words: vec![
-            "Flanks: a block is cut through, then pressed by 5 % or drawn by 5 %; its force stands beside the uncut \
-             block's. Patch: two blocks whose nodes do not match, pressed by 1 %, Poisson's ratio 0: the force of one \
-             block, and strain that differs from 1 %. Spheres: two equal ones, beside one against a rigid plane at half \
-             the approach (the same by symmetry) and beside Hertz (1882). Bars: two that collide; contact lasts 2L/c. \
-             Sliding: a block comes to rest after v²/2μg."
-                .to_owned(),
-        ],
-        tables: vec![Table {
-            name: "contact",
-            title: "Contact of deformable bodies".to_owned(),
-            columns,
-            rows: rows.0,
-        }],
-        plots: Vec::new(),
-    })
+    let table = Table::new(
+        "contact",
+        "Contact of deformable bodies",
+        "case; figure; found; expected; error (%)",
+        rows.0,
+    );
+    Ok(Report::new(&[WORDS], vec![table], Vec::new()))
 }
+
+const WORDS: &str = "Flanks: a block is cut through, then pressed by 5 % or drawn by 5 %; its force stands beside the uncut \
+     block's. Patch: two blocks whose nodes do not match, pressed by 1 %, Poisson's ratio 0: the force of one \
+     block, and strain that differs from 1 %. Spheres: two equal ones, beside one against a rigid plane at half \
+     the approach (the same by symmetry) and beside Hertz (1882). Bars: two that collide; contact lasts 2L/c. \
+     Sliding: a block comes to rest after v²/2μg.";
 
 fn scene(text: &str) -> Result<Scene, StudyError> {
     let text = format!("(version: 1, {text})");

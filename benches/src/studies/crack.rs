@@ -1,7 +1,7 @@
 //! What rules for weakening pairs do to the mechanics: stress intensity and mouth of an edge crack.
 
 use crate::problems::cracks::{Form, PLACES, Ratios, edge_crack};
-use crate::report::{Cell, Plot, Report, Series, Table, columns, linear, log, row};
+use crate::report::{Cell, Report, Series, Table, plots, row};
 use crate::{Effort, StudyError};
 
 /// Mean and standard deviation.
@@ -18,10 +18,10 @@ fn milliseconds(runs: &[Ratios], which: usize) -> f64 {
 
 pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
     // Cells over a width of 1: the crack is 0.4 of them long.
-    let (sizes, places): (&[u32], &[[f64; 2]]) = match effort {
-        Effort::Full => (&[10, 20, 40], &PLACES),
-        Effort::Quick => (&[10, 16], &[PLACES[1], PLACES[6]]),
-    };
+    let (sizes, places): (&[u32], &[[f64; 2]]) = effort.choose(
+        (&[10, 20, 40], &PLACES),
+        (&[10, 16], &[PLACES[1], PLACES[6]]),
+    );
     let mut rows = Vec::new();
     let (mut intensity, mut mouth) = (Vec::new(), Vec::new());
     let (mut by_time, mut by_place) = (Vec::new(), Vec::new());
@@ -80,75 +80,42 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
             }
         }
     }
-    let tables = vec![Table {
-        name: "edge",
-        title: "Edge crack under tension: errors against Tada, Paris and Irwin, cost of the cut"
-            .to_owned(),
-        columns: columns(&[
-            ("form", ""),
-            ("length", "spacings"),
-            ("nodes", "1"),
-            ("K_I", "%"),
-            ("K_I scatter", "%"),
-            ("mouth", "%"),
-            ("mouth scatter", "%"),
-            ("both, RMS", "%"),
-            ("set-up", "ms"),
-            ("factors", "ms"),
-            ("rows", "ms"),
-        ]),
+    let tables = vec![Table::new(
+        "edge",
+        "Edge crack under tension: errors against Tada, Paris and Irwin, cost of the cut",
+        "form; length (spacings); nodes (1); K_I (%); K_I scatter (%); mouth (%); \
+         mouth scatter (%); both, RMS (%); set-up (ms); factors (ms); rows (ms)",
         rows,
-    }];
-    let plot = Plot::new;
-    let mut plots = vec![
-        plot(
-            "intensity",
-            "Edge crack: error of the stress intensity",
-            log("length of the crack (spacings)"),
-            log("RMS error of K_I (%)"),
-            intensity,
-        ),
-        plot(
-            "mouth",
-            "Edge crack: error of the mouth's opening",
-            log("length of the crack (spacings)"),
-            log("RMS error of the mouth (%)"),
-            mouth,
-        ),
-        plot(
-            "time",
-            "Edge crack: error against the time of the cut",
-            log("factors and rows of the whole cut (ms)"),
-            log("RMS error of K_I and mouth (%)"),
-            by_time,
-        ),
+    )];
+    let mut plots = plots![
+        "intensity" "Edge crack: error of the stress intensity",
+            log "length of the crack (spacings)", log "RMS error of K_I (%)" => intensity;
+        "mouth" "Edge crack: error of the mouth's opening",
+            log "length of the crack (spacings)", log "RMS error of the mouth (%)" => mouth;
+        "time" "Edge crack: error against the time of the cut",
+            log "factors and rows of the whole cut (ms)", log "RMS error of K_I and mouth (%)" => by_time;
     ];
     if effort == Effort::Full {
-        plots.push(plot(
-            "place",
-            "Edge crack of 8 spacings by the tip's place between nodes (without product over pieces)",
-            linear("place of the tip (spacings)"),
-            linear("K_I over its reference (1)"),
-            by_place,
-        ));
+        plots.extend(plots![
+            "place" "Edge crack of 8 spacings by the tip's place between nodes (without product over pieces)",
+                linear "place of the tip (spacings)", linear "K_I over its reference (1)" => by_place;
+        ]);
     }
-    Ok(Report {
-        pictures: Vec::new(),
-        words: vec![
-            format!(
+    Ok(Report::new(
+        &[
+            &format!(
                 "A strip of width 1 and height 3 in plane strain (E 1 kPa, nu 0.3) with a crack of 0.4 \
                  from its edge, pulled with 1 Pa; references by Tada, Paris and Irwin (about 0.5 %). \
                  Means, scatter and root mean squares are over {} places of the crack relative to the \
                  nodes. K_I by an interaction integral over six spacings.",
-                places.len()
+                places.len(),
             ),
             "Times: set-up once per body, then factors and rows of the whole cut. The one-sided grid \
-             is refused where its weights differ between the two directions of a pair."
-                .to_owned(),
+             is refused where its weights differ between the two directions of a pair.",
         ],
         tables,
         plots,
-    })
+    ))
 }
 
 /// Root of the mean square error of a ratio.

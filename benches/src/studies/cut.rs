@@ -1,47 +1,27 @@
 //! Cutting: what a blade update costs.
 
-use crate::report::{Plot, Report, Series, Table, columns, log, row};
+use super::chapter6::overrides;
+use crate::report::{Report, Series, Table, plots, row};
 use crate::{Effort, StudyError};
 use phyxel::Phase;
 use phyxel::World;
-use phyxel_scene::Override;
 
 /// Time (s) in which the timed blade passes: short, so that few steps are taken besides.
 const PASSING: f64 = 0.02;
 
 pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
     let (updates, by_triangles, by_nodes) = updates(effort)?;
-    let plot = |name, title: &str, x: &str, y: &str, series| {
-        Plot::new(name, title, log(x), log(y), series)
-    };
-    let plots = vec![
-        plot(
-            "triangles",
-            "Time of a blade update against the triangles of the cut",
-            "triangles of the finished cut",
-            "median time of an update (ms)",
-            by_triangles,
-        ),
-        plot(
-            "nodes",
-            "Time of a blade update against the body's nodes",
-            "nodes",
-            "time of an update (ms)",
-            by_nodes,
-        ),
+    let plots = plots![
+        "triangles" "Time of a blade update against the triangles of the cut",
+            log "triangles of the finished cut", log "median time of an update (ms)" => by_triangles;
+        "nodes" "Time of a blade update against the body's nodes",
+            log "nodes", log "time of an update (ms)" => by_nodes;
     ];
-    Ok(Report {
-        pictures: Vec::new(),
-        words: vec![
-            "Updates: the embedded block (7 x 7 x 21 cm) is cut through by a level blade, in as \
-             many captures as give the triangles; an update maps the edge, spans the new piece, finds \
-             the crossed pairs, rebuilds rows of stencils and stiffness and the stable step. The \
-             latency is from the update's begin to the end of the step after it."
-                .to_owned(),
-        ],
-        tables: vec![updates],
-        plots,
-    })
+    let words = "Updates: the embedded block (7 x 7 x 21 cm) is cut through by a level blade, in as \
+                 many captures as give the triangles; an update maps the edge, spans the new piece, finds \
+                 the crossed pairs, rebuilds rows of stencils and stiffness and the stable step. The \
+                 latency is from the update's begin to the end of the step after it.";
+    Ok(Report::new(&[words], vec![updates], plots))
 }
 
 /// What the updates of one cut cost (ms).
@@ -58,10 +38,10 @@ struct Updates {
 type Measured = (Table, Vec<Series>, Vec<Series>);
 
 fn updates(effort: Effort) -> Result<Measured, StudyError> {
-    let (nodes, captures): (&[u32], &[u32]) = match effort {
-        Effort::Full => (&[1_408, 6_000, 25_000, 100_000], &[5, 10, 20, 40, 80]),
-        Effort::Quick => (&[500, 1_408], &[4, 12]),
-    };
+    let (nodes, captures): (&[u32], &[u32]) = effort.choose(
+        (&[1_408, 6_000, 25_000, 100_000], &[5, 10, 20, 40, 80]),
+        (&[500, 1_408], &[4, 12]),
+    );
     let (mut rows, mut by_triangles) = (Vec::new(), Vec::new());
     let (mut medians, mut latencies) = (Vec::new(), Vec::new());
     for &nodes in nodes {
@@ -94,45 +74,35 @@ fn updates(effort: Effort) -> Result<Measured, StudyError> {
         Series::line("update, median", medians),
         Series::line("update and the step after it, median", latencies),
     ];
-    let table = Table {
-        name: "updates",
-        title: "Time of blade updates".to_owned(),
-        columns: columns(&[
-            ("nodes", "1"),
-            ("captures", "1"),
-            ("triangles", "1"),
-            ("severed pairs", "1"),
-            ("median", "ms"),
-            ("worst", "ms"),
-            ("latency, median", "ms"),
-        ]),
+    let table = Table::new(
+        "updates",
+        "Time of blade updates",
+        "nodes (1); captures (1); triangles (1); severed pairs (1); median (ms); worst (ms); \
+         latency, median (ms)",
         rows,
-    };
+    );
     Ok((table, by_triangles, by_nodes))
 }
 
 /// Index of the number of captures that the plot over nodes shows.
 fn captures_shown(effort: Effort) -> usize {
-    match effort {
-        Effort::Full => 2,
-        Effort::Quick => 1,
-    }
+    effort.choose(2, 1)
 }
 
 /// The embedded block of about `nodes` nodes, cut half through in `captures` pieces.
 fn update(nodes: u32, captures: u32) -> Result<Updates, StudyError> {
     // From outside to the block's far side.
     let distance = 0.095 / f64::from(captures);
-    let overrides = [
-        Override::parse(&format!("bodies[0].sampling.target=Nodes({nodes})"))?,
-        Override::parse("integration.settle=None")?,
-        Override::parse("gravity=None")?,
-        Override::parse(&format!(
+    let overrides = overrides(&[
+        &format!("bodies[0].sampling.target=Nodes({nodes})"),
+        "integration.settle=None",
+        "gravity=None",
+        &format!(
             "cuts=[(edge: [(0, -0.06, 0), (0, 0.06, 0)], path: [(time: 0, position: (-0.06, 0, \
              0.0213)), (time: {PASSING}, position: (0.035, 0, 0.0213))], capture: \
              Distance({distance}))]"
-        ))?,
-    ];
+        ),
+    ])?;
     let mut world = World::new(phyxel_scene::embedded("block", &overrides)?)?;
     let mut times = Vec::new();
     let mut changed = 0;

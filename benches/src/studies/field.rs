@@ -10,7 +10,7 @@ use crate::problems::indentation::{
 };
 use crate::problems::model::ElasticBody;
 use crate::problems::reference::Reference;
-use crate::report::{Cell, Plot, Report, Series, Table, columns, log, row};
+use crate::report::{Report, Series, Table, plots, row};
 use crate::{Effort, StudyError};
 
 /// Method and nodes of a row.
@@ -136,10 +136,8 @@ fn skins(
 }
 
 pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
-    let (intervals, sizes): ([u32; 2], &[u32]) = match effort {
-        Effort::Full => ([12, 16], &[9, 11, 17, 22]),
-        Effort::Quick => ([8, 12], &[9, 17]),
-    };
+    let (intervals, sizes): ([u32; 2], &[u32]) =
+        effort.choose(([12, 16], &[9, 11, 17, 22]), ([8, 12], &[9, 17]));
     let mut reference = Reference::new(intervals)?;
     let (radius, depth) = SPHERES[1];
     let known = reference.press(radius, depth)?.force;
@@ -153,10 +151,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
                 continue;
             }
             let found = method.pressed(cells, &reference)?;
-            let skin = |at: usize| {
-                let error = found.skins.map(|skins| Cell::Number(100.0 * skins[at]));
-                error.unwrap_or(Cell::Nothing)
-            };
+            let skin = |at: usize| found.skins.map(|skins| 100.0 * skins[at]);
             rows.push(row![
                 name.clone(),
                 found.nodes,
@@ -175,29 +170,25 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
             curves.push(Series::line(format!("{name}, as read"), by_reading));
         }
     }
-    Ok(Report {
-        words: vec![
+    let table = Table::new(
+        "field",
+        "Error of displacements under a sphere",
+        "nodes and method; nodes (1); force (%); as nodal values (%); as read (%); \
+         skin by nodal values (%); skin as read (%)",
+        rows,
+    );
+    let plots = plots![
+        "field" "Norm of the displacements' error",
+            log "nodes", log "error over displacements (%)" => curves;
+    ];
+    Ok(Report::new(
+        &[
             "The cube and the sphere of the study hertz, pressed 0.1 m deep; the norm is that of the displacements' \
              error over all nodes, over the norm of the reference's there. A nodal value is a coefficient of a \
              linear fit; as read is the field whose gradient the stencils have (phyxel-elastic, \
-             smoothed_positions), which pictures, states and the live page show. Contact and forces use nodal values. The skin are points of the top that nodes carry as in pictures."
-                .to_owned(),
+             smoothed_positions), which pictures, states and the live page show. Contact and forces use nodal values. The skin are points of the top that nodes carry as in pictures.",
         ],
-        tables: vec![Table {
-            name: "field",
-            title: "Error of displacements under a sphere".to_owned(),
-            columns: columns(&[
-                ("nodes and method", ""),
-                ("nodes", "1"),
-                ("force", "%"),
-                ("as nodal values", "%"),
-                ("as read", "%"),
-                ("skin by nodal values", "%"),
-                ("skin as read", "%"),
-            ]),
-            rows,
-        }],
-        plots: vec![Plot::new("field", "Norm of the displacements' error", log("nodes"), log("error over displacements (%)"), curves)],
-        pictures: Vec::new(),
-    })
+        vec![table],
+        plots,
+    ))
 }

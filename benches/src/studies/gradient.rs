@@ -7,7 +7,7 @@ use phyxel_mls::{
     kernel_weights, within_radius,
 };
 
-use crate::report::{Plot, Report, Series, Table, columns, log, median_time, row};
+use crate::report::{Report, Series, Table, median_time, plots, row};
 use crate::{Effort, StudyError};
 use testkit::cloud::Random;
 
@@ -63,10 +63,7 @@ impl Method {
 }
 
 pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
-    let sides: &[u32] = match effort {
-        Effort::Full => &[8, 12, 17, 24, 34],
-        Effort::Quick => &[7, 10],
-    };
+    let sides: &[u32] = effort.choose(&[8, 12, 17, 24, 34], &[7, 10]);
     let mut rows = Vec::new();
     let mut by_spacing = Vec::new();
     let mut by_time = Vec::new();
@@ -99,11 +96,22 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
         by_spacing.push(Series::line(method.name(), errors));
         by_time.push(Series::line(method.name(), costs));
     }
-    let error_axis = || log("gradient error, relative RMS (1)");
-    Ok(Report {
-        pictures: Vec::new(),
-        words: vec![
-            format!(
+    let table = Table::new(
+        "methods",
+        "Gradient error and cost",
+        "method; nodes (1); spacing (m); neighbours (1); error (1); order (1); \
+         conservation (1); set-up (us/node); evaluation (ns/pair)",
+        rows,
+    );
+    let plots = plots![
+        "error" "Error of the gradient against spacing",
+            log "spacing (m)", log "gradient error, relative RMS (1)" => by_spacing;
+        "time" "Error of the gradient against set-up time",
+            log "set-up, or first evaluation without one (s)", log "gradient error, relative RMS (1)" => by_time;
+    ];
+    Ok(Report::new(
+        &[
+            &format!(
                 "u = sin(3x) cos(2y) exp(z) on nodes that fill the unit cube, faces included, those \
                  inside shifted by up to {JITTER} of the spacing. The error is the root of the mean \
                  square of the gradient's error over all nodes, relative to that of the gradient."
@@ -111,30 +119,11 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
             "Conservation is how far the stencils are from summing to the surface, relative to the \
              largest boundary vector: a nodal method with an error there fails the patch test. Set-up \
              is from positions to stencils, search included; shape functions have none and are built \
-             where they are evaluated. Times are medians, all threads."
-                .to_owned(),
+             where they are evaluated. Times are medians, all threads.",
         ],
-        tables: vec![Table {
-            name: "methods",
-            title: "Gradient error and cost".to_owned(),
-            columns: columns(&[
-                ("method", ""),
-                ("nodes", "1"),
-                ("spacing", "m"),
-                ("neighbours", "1"),
-                ("error", "1"),
-                ("order", "1"),
-                ("conservation", "1"),
-                ("set-up", "us/node"),
-                ("evaluation", "ns/pair"),
-            ]),
-            rows,
-        }],
-        plots: vec![
-            Plot::new("error", "Error of the gradient against spacing", log("spacing (m)"), error_axis(), by_spacing),
-            Plot::new("time", "Error of the gradient against set-up time", log("set-up, or first evaluation without one (s)"), error_axis(), by_time),
-        ],
-    })
+        vec![table],
+        plots,
+    ))
 }
 
 fn field(x: DVec3) -> f64 {

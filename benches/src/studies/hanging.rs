@@ -7,24 +7,14 @@ use glam::DVec3;
 
 use super::chapter6::{BODIES, MODELS, STATES, overrides};
 use super::cut::middle;
-use super::sag::{self, Sag};
-use crate::report::{Cell, Plot, Report, Series, Table, columns, linear, log};
+use super::sag;
+use crate::report::{Cell, Report, Series, Table, add_point, plots, row};
 use crate::{Effort, StudyError};
 use phyxel::scene::Scene;
 use phyxel::{Cutting, World};
 use phyxel_cli::picture::Painter;
 
 /// A body in one state.
-#[derive(Debug, Clone)]
-pub(crate) struct State {
-    body: &'static str,
-    model: &'static str,
-    state: &'static str,
-    then: f64,
-    found: Result<Measured, String>,
-}
-
-#[derive(Debug, Clone)]
 struct Measured {
     nodes: usize,
     /// Neighbours that a node sees, in the mean, before any cut.
@@ -44,68 +34,79 @@ struct Measured {
     unexplained: f64,
 }
 
-/// How a state is measured: steps, pictures.
-#[derive(Debug, Clone, Copy)]
-struct Care {
-    steps: u32,
-    pictures: u32,
-}
-
 pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
     let (sags, sag) = sag::measure(effort)?;
-    let states = measure(effort)?;
-    Ok(Report {
-        pictures: Vec::new(),
-        words: vec![words()],
-        tables: vec![table(&states, &sags), sag],
-        plots: vec![plot(&states)],
-    })
-}
-
-fn measure(effort: Effort) -> Result<Vec<State>, StudyError> {
-    let (care, changes): (_, &[&str]) = match effort {
-        Effort::Full => (
-            Care {
-                steps: 150,
-                pictures: 11,
-            },
-            &[],
-        ),
-        Effort::Quick => (
-            Care {
-                steps: 10,
-                pictures: 1,
-            },
-            &[
-                "bodies[0].surfels.target=Count(3000)",
-                "pictures.width=320",
-                "pictures.height=240",
-            ],
-        ),
-    };
-    let changes = overrides(changes)?;
-    let mut found = Vec::new();
+    let small: &[&str] = &[
+        "bodies[0].surfels.target=Count(3000)",
+        "pictures.width=320",
+        "pictures.height=240",
+    ];
+    let changes = overrides(effort.choose(&[], small))?;
+    let (mut rows, mut lines) = (Vec::new(), Vec::new());
     for (body, then) in BODIES {
         for (suffix, model) in MODELS {
             let scene = phyxel_scene::embedded(&format!("{body}{suffix}"), &changes)?;
-            let states = hang(scene, care)?;
-            found.extend(states.into_iter().map(|(state, found)| State {
-                body,
-                model,
-                state,
-                then,
-                found,
-            }));
+            let mut of_body = sags.iter();
+            let of_body = of_body.find(|sag| sag.body == body && sag.model == model);
+            let error = of_body.and_then(|sag| sag.error);
+            for ((state, found), at) in hang(scene, effort)?.into_iter().zip([1.0, 2.0, 3.0]) {
+                let mut row = row![body, model, state];
+                match found {
+                    Ok(found) => {
+                        let frames = 1.0 / (found.seconds + found.drawing);
+                        row.extend(row![
+                            found.nodes,
+                            found.neighbors,
+                            found.severed,
+                            error.filter(|_| state == "hanging"),
+                            1e3 * found.drop,
+                            1e3 * found.step,
+                            1e3 * found.seconds,
+                            1.0 / found.seconds,
+                            found.step / found.seconds,
+                            frames,
+                            then,
+                            1e3 * found.released,
+                            1e3 * found.added,
+                            1e3 * found.unexplained,
+                            Cell::Nothing
+                        ]);
+                        add_point(&mut lines, &format!("{body}, {model}"), (at, frames));
+                    }
+                    Err(error) => {
+                        row.resize(17, Cell::Nothing);
+                        row.push(error.into());
+                    }
+                }
+                rows.push(row);
+            }
         }
     }
-    Ok(found)
+    for (name, then) in BODIES {
+        let ends = vec![(1.0, then), (3.0, then)];
+        lines.push(Series::line(format!("2014: {name}"), ends));
+    }
+    let table = Table::new(
+        "chapter6",
+        "Hanging, cut once, cut through",
+        "body; model; state; nodes (1); neighbours (1); severed pairs (1); \
+         sag against finite elements (%); drop (mm); step (ms simulated); time of a step (ms); \
+         steps (1/s); speed (simulated s per s); frames (1/s); in 2014 (1/s); released (mJ); \
+         added (mJ); unexplained (mJ); ended",
+        rows,
+    );
+    let plots = plots![
+        "chapter6" "Frames per second, drawn: hanging (1), cut once (2), cut through (3)",
+            linear "state of the body", log "frames per second (1/s)" => lines;
+    ];
+    Ok(Report::new(&[&words()], vec![table, sag], plots))
 }
 
 type Found = (&'static str, Result<Measured, String>);
 
 /// Plays a scene and measures it in each state. A body that blows up is measured no more, and the
 /// states say so.
-fn hang(scene: Scene, care: Care) -> Result<Vec<Found>, StudyError> {
+fn hang(scene: Scene, effort: Effort) -> Result<Vec<Found>, StudyError> {
     let pictures = scene.pictures.clone().unwrap_or_default();
     let mut world = World::new(scene)?;
     let mut painter = Painter::new(&world, &pictures)?;
@@ -121,7 +122,7 @@ fn hang(scene: Scene, care: Care) -> Result<Vec<Found>, StudyError> {
                 let pieces = world.take_new_pieces();
                 painter.grow(&world, &pieces)?;
             }
-            measured(&mut world, &mut painter, neighbors, care)
+            measured(&mut world, &mut painter, neighbors, effort)
         };
         let measured = match &ended {
             Some(error) => Err(error.clone()),
@@ -139,17 +140,18 @@ fn measured(
     world: &mut World,
     painter: &mut Painter,
     neighbors: f64,
-    care: Care,
+    effort: Effort,
 ) -> Result<Measured, StudyError> {
+    let (steps_timed, pictures) = effort.choose((150, 11), (10, 1));
     let mut drawing = Vec::new();
-    for _ in 0..care.pictures {
+    for _ in 0..pictures {
         let start = Instant::now();
         painter.carry(world);
         painter.draw(world);
         drawing.push(start.elapsed().as_secs_f64());
     }
     let mut steps = Vec::new();
-    for _ in 0..care.steps {
+    for _ in 0..steps_timed {
         let start = Instant::now();
         world.step()?;
         steps.push(start.elapsed().as_secs_f64());
@@ -190,102 +192,5 @@ fn words() -> String {
          the mean over the mass at small strain, uncut, at rest: triquadratic elements of the blocks, the \
          liver's own tetrahedra divided into eight once and again, extrapolated (the same body, the same part of it \
          held), all computed here; linear tetrahedra on the same nodes stand beside it."
-    )
-}
-
-fn table(states: &[State], sags: &[Sag]) -> Table {
-    let headings = columns(&[
-        ("body", ""),
-        ("model", ""),
-        ("state", ""),
-        ("nodes", "1"),
-        ("neighbours", "1"),
-        ("severed pairs", "1"),
-        ("sag against finite elements", "%"),
-        ("drop", "mm"),
-        ("step", "ms simulated"),
-        ("time of a step", "ms"),
-        ("steps", "1/s"),
-        ("speed", "simulated s per s"),
-        ("frames", "1/s"),
-        ("in 2014", "1/s"),
-        ("released", "mJ"),
-        ("added", "mJ"),
-        ("unexplained", "mJ"),
-        ("ended", ""),
-    ]);
-    let error = |state: &State| {
-        let mut of = sags.iter();
-        let found = of.find(|sag| sag.body == state.body && sag.model == state.model);
-        let error = found.and_then(Sag::error);
-        error.map_or(Cell::Nothing, Cell::Number)
-    };
-    let rows = states.iter().map(|state| {
-        let mut row = [state.body, state.model, state.state]
-            .map(|word| Cell::Word(word.to_owned()))
-            .to_vec();
-        match &state.found {
-            Ok(found) => row.extend([
-                Cell::Count(found.nodes),
-                Cell::Number(found.neighbors),
-                Cell::Count(found.severed),
-                match state.state {
-                    "hanging" => error(state),
-                    _ => Cell::Nothing,
-                },
-                Cell::Number(1e3 * found.drop),
-                Cell::Number(1e3 * found.step),
-                Cell::Number(1e3 * found.seconds),
-                Cell::Number(1.0 / found.seconds),
-                Cell::Number(found.step / found.seconds),
-                Cell::Number(1.0 / (found.seconds + found.drawing)),
-                Cell::Number(state.then),
-                Cell::Number(1e3 * found.released),
-                Cell::Number(1e3 * found.added),
-                Cell::Number(1e3 * found.unexplained),
-                Cell::Nothing,
-            ]),
-            Err(error) => {
-                row.resize(headings.len() - 1, Cell::Nothing);
-                row.push(Cell::Word(error.clone()));
-            }
-        }
-        row
-    });
-    Table {
-        name: "chapter6",
-        title: "Hanging, cut once, cut through".to_owned(),
-        rows: rows.collect(),
-        columns: headings,
-    }
-}
-
-fn plot(states: &[State]) -> Plot {
-    let mut series: Vec<Series> = Vec::new();
-    for state in states {
-        let Ok(found) = &state.found else { continue };
-        let place = STATES.iter().zip([1.0, 2.0, 3.0]);
-        let at = place
-            .filter(|((name, _), _)| *name == state.state)
-            .map(|(_, x)| x);
-        let point = (at.sum(), 1.0 / (found.seconds + found.drawing));
-        let name = format!("{}, {}", state.body, state.model);
-        match series.last_mut() {
-            Some(last) if last.name == name => last.points.push(point),
-            _ => series.push(Series::line(name, vec![point])),
-        }
-    }
-    for (name, then) in BODIES {
-        series.push(Series::line(
-            format!("2014: {name}"),
-            vec![(1.0, then), (3.0, then)],
-        ));
-    }
-    Plot::new(
-        "chapter6",
-        "Frames per second, drawn: hanging (1), cut once (2), cut through (3)",
-        linear("state of the body"),
-        log("frames per second (1/s)"),
-        series,
     )
 }

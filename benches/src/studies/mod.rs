@@ -35,6 +35,15 @@ pub enum Effort {
     Quick,
 }
 
+impl Effort {
+    pub(crate) fn choose<T>(self, full: T, quick: T) -> T {
+        match self {
+            Self::Full => full,
+            Self::Quick => quick,
+        }
+    }
+}
+
 /// A study.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Study {

@@ -11,7 +11,7 @@ use crate::problems::cantilever::Tetrahedra;
 use crate::problems::elements::{Elements, Order};
 use crate::problems::model::{Law, small_displacements};
 use crate::problems::solid::Solid;
-use crate::report::{Cell, Table, columns};
+use crate::report::{Cell, Table, row};
 use crate::{Effort, StudyError};
 
 /// The material of chapter 6's scenes; forces scale with the modulus (Pa).
@@ -23,25 +23,13 @@ const SOLID: Solid = Solid {
 /// Acceleration (m/s²); displacements are of small strain at any.
 const GRAVITY: DVec3 = DVec3::new(0.0, 0.0, -9.81);
 
-/// How far a body sags in one model.
+/// How far a body's mean sag, over the mass (what the weight does work along), is off the finite elements' in one model
+/// (%); None if no equilibrium was found.
 #[derive(Debug, Clone)]
 pub(crate) struct Sag {
     pub(crate) body: &'static str,
     pub(crate) model: &'static str,
-    nodes: usize,
-    /// Mean over the mass (m): what the weight does work along.
-    mean: f64,
-    /// That of the finite elements.
-    known: f64,
-}
-
-impl Sag {
-    /// Error of the mean sag (%); None if no equilibrium was found.
-    pub(crate) fn error(&self) -> Option<f64> {
-        self.mean
-            .is_finite()
-            .then(|| 100.0 * (self.mean / self.known - 1.0))
-    }
+    pub(crate) error: Option<f64>,
 }
 
 /// A body of a scene as it lies before anything moves.
@@ -153,11 +141,6 @@ fn held(body: &Body) -> Vec<bool> {
     nodes.map(|node| supports.of(node).is_some()).collect()
 }
 
-/// Linear tetrahedra on a body's own nodes.
-fn by_tetrahedra(body: &Body) -> Result<f64, StudyError> {
-    Mesh::of(body).sag()
-}
-
 /// Nodes of a body and its mean sag (m) in its own model, not a number if no equilibrium was found.
 fn by_model(mut body: Body) -> (usize, f64) {
     let held = held(&body);
@@ -197,86 +180,59 @@ fn known(name: &str, body: &Body) -> Result<Known, StudyError> {
         (whole.sag()?, once.sag()?)
     };
     let extrapolated = fine + (fine - coarse) / 3.0;
-    Ok(if name.starts_with("block") {
-        Known {
-            sag: by_elements()?,
-            coarser: extrapolated,
-        }
+    let (sag, coarser) = if name.starts_with("block") {
+        (by_elements()?, extrapolated)
     } else {
-        Known {
-            sag: extrapolated,
-            coarser: fine,
-        }
-    })
+        (extrapolated, fine)
+    };
+    Ok(Known { sag, coarser })
 }
 
 /// The sags of all bodies in both models, and their table.
 pub(crate) fn measure(effort: Effort) -> Result<(Vec<Sag>, Table), StudyError> {
     let (mut sags, mut rows) = (Vec::new(), Vec::new());
-    let finer: &[u32] = match effort {
-        Effort::Full => &[600, 2_000, 6_000],
-        Effort::Quick => &[600],
-    };
+    let finer: &[u32] = effort.choose(&[600, 2_000, 6_000], &[600]);
     for (name, _) in BODIES {
         let here = body(name, &[])?;
         let reference = known(name, &here)?;
         let error =
             |sag: f64, known: Known| sag.is_finite().then(|| 100.0 * (sag / known.sag - 1.0));
         let mut add = |model: &str, nodes: usize, error: Option<f64>| {
-            rows.push(vec![
-                Cell::Word(name.to_owned()),
-                Cell::Word(model.to_owned()),
-                Cell::Count(nodes),
-                error.map_or(Cell::Word("not found".to_owned()), Cell::Number),
-            ]);
+            let error = error.map_or("not found".into(), Cell::Number);
+            rows.push(row![name, model, nodes, error]);
         };
         for (suffix, model) in MODELS {
             let (nodes, mean) = by_model(body(&format!("{name}{suffix}"), &[])?);
-            let sag = Sag {
+            let error = error(mean, reference);
+            add(model, nodes, error);
+            sags.push(Sag {
                 body: name,
                 model,
-                nodes,
-                mean,
-                known: reference.sag,
-            };
-            add(model, sag.nodes, sag.error());
-            sags.push(sag);
+                error,
+            });
         }
         // Ten times the default's hourglass stabilization.
         let (nodes, mean) = by_model(body(name, &["bodies[0].material.stabilization=1"])?);
         add("control 1", nodes, error(mean, reference));
-        let tetrahedra = "linear tetrahedra, the same nodes";
-        add(tetrahedra, nodes, error(by_tetrahedra(&here)?, reference));
-        add(
-            "coarser reference",
-            nodes,
-            error(reference.coarser, reference),
-        );
+        let (tetrahedra, coarser) = ("linear tetrahedra, the same nodes", "coarser reference");
+        add(tetrahedra, nodes, error(Mesh::of(&here).sag()?, reference));
+        add(coarser, nodes, error(reference.coarser, reference));
         for nodes in finer {
             let target = format!("bodies[0].sampling.target=Nodes({nodes})");
             let finer = body(name, &[&target])?;
             let reference = known(name, &finer)?;
-            let own = by_tetrahedra(&finer)?;
+            let own = Mesh::of(&finer).sag()?;
             let (nodes, mean) = by_model(finer);
             add("default, more nodes", nodes, error(mean, reference));
             add(tetrahedra, nodes, error(own, reference));
-            add(
-                "coarser reference",
-                nodes,
-                error(reference.coarser, reference),
-            );
+            add(coarser, nodes, error(reference.coarser, reference));
         }
     }
-    let table = Table {
-        name: "sag",
-        title: "Hanging at small strain: mean sag against finite elements".to_owned(),
-        columns: columns(&[
-            ("body", ""),
-            ("model", ""),
-            ("nodes", "1"),
-            ("error of the sag", "%"),
-        ]),
+    let table = Table::new(
+        "sag",
+        "Hanging at small strain: mean sag against finite elements",
+        "body; model; nodes (1); error of the sag (%)",
         rows,
-    };
+    );
     Ok((sags, table))
 }

@@ -10,7 +10,7 @@ use phyxel_integrate::{
 
 use crate::problems::block::{Block, lattice};
 use crate::problems::model::{Law, dissertation};
-use crate::report::{Cell, Plot, Report, Series, Table, columns, linear, log, row};
+use crate::report::{Cell, Report, Series, Table, add_point, plots, row};
 use crate::{Effort, StudyError};
 use testkit::cloud::Random;
 
@@ -239,14 +239,14 @@ fn stretch(
 }
 
 pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
-    let (cells, ratios, stretches): (u32, &[f64], &[f64]) = match effort {
-        Effort::Full => (
+    let (cells, ratios, stretches): (u32, &[f64], &[f64]) = effort.choose(
+        (
             6,
             &[0.3, 0.45, 0.49, 0.499],
             &[0.7, 0.8, 0.9, 1.1, 1.2, 1.35],
         ),
-        Effort::Quick => (3, &[0.3, 0.499], &[0.8, 1.2]),
-    };
+        (3, &[0.3, 0.499], &[0.8, 1.2]),
+    );
     let block = cube(cells)?;
     let (mut rows, mut by_ratio) = (Vec::new(), Vec::<Series>::new());
     let mut stresses: Vec<Series> = Vec::new();
@@ -284,15 +284,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
                                 Cell::Count(found.products),
                             ]);
                             if model == Model::Default && (nu - ratios[0]).abs() < 1e-9 {
-                                let named = kind.name();
-                                match stresses.last_mut() {
-                                    Some(last) if last.name == named => {
-                                        last.points.push((l, found.stress));
-                                    }
-                                    _ => {
-                                        stresses.push(Series::line(named, vec![(l, found.stress)]));
-                                    }
-                                }
+                                add_point(&mut stresses, kind.name(), (l, found.stress));
                             }
                         }
                         // Not every model bears every stretch; the table says which did not.
@@ -311,40 +303,33 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
             by_ratio.push(Series::line(name, errors));
         }
     }
-    Ok(Report {
-        pictures: Vec::new(),
-        words: vec![
-            format!(
+    let table = Table::new(
+        "stretch",
+        "Stress of a stretched cube with free sides",
+        "material; model; Poisson's ratio (1); stretch (1); stress (Pa); error (%); \
+         stretch across (%); solution (ms); products (1)",
+        rows,
+    );
+    let plots = plots![
+        "stress" &format!("Nominal stress over stretch, nu {}", ratios[0]),
+            linear "stretch (1)", linear "nominal stress (Pa)" => stresses;
+        "error" "Largest error of the stress over all stretches",
+            linear "Poisson's ratio (1)", log "largest error of the stress (%)" => by_ratio;
+    ];
+    Ok(Report::new(
+        &[
+            &format!(
                 "A unit cube of {} jittered nodes, E 1 Pa, stretched between frictionless ends with \
                  free sides. The state is the same everywhere, so a consistent and conservative method \
                  is exact to the solver's tolerance: what is left is a defect of the method. The \
                  nominal stress is the force on the end over its area at rest.",
-                block.rest.len()
+                block.rest.len(),
             ),
             "Closed forms: the derivatives of each strain energy along and across, the latter zero. \
              The dissertation's model has nodal volumes of eqs (17) and (18). Viscous parts do not \
-             act at rest. Pairs in f32 are solved to 1e-5 of the end's force."
-                .to_owned(),
+             act at rest. Pairs in f32 are solved to 1e-5 of the end's force.",
         ],
-        tables: vec![Table {
-            name: "stretch",
-            title: "Stress of a stretched cube with free sides".to_owned(),
-            columns: columns(&[
-                ("material", ""),
-                ("model", ""),
-                ("Poisson's ratio", "1"),
-                ("stretch", "1"),
-                ("stress", "Pa"),
-                ("error", "%"),
-                ("stretch across", "%"),
-                ("solution", "ms"),
-                ("products", "1"),
-            ]),
-            rows,
-        }],
-        plots: vec![
-            Plot::new("stress", &format!("Nominal stress over stretch, nu {}", ratios[0]), linear("stretch (1)"), linear("nominal stress (Pa)"), stresses),
-            Plot::new("error", "Largest error of the stress over all stretches", linear("Poisson's ratio (1)"), log("largest error of the stress (%)"), by_ratio),
-        ],
-    })
+        vec![table],
+        plots,
+    ))
 }

@@ -2,27 +2,27 @@
 
 use std::time::Instant;
 
-use crate::report::{Plot, Report, Series, Table, columns, log, row};
+use super::chapter6::overrides;
+use crate::report::{Report, Series, Table, plots, row};
 use crate::{Effort, StudyError};
 use phyxel::World;
-use phyxel_scene::Override;
 
 /// Batches of steps of which the median is taken, and steps in each.
 const BATCHES: usize = 5;
 const STEPS: u32 = 10;
 
 pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
-    let sizes: &[u32] = match effort {
-        Effort::Full => &[500, 1_408, 3_000, 6_000, 12_000, 25_000, 50_000],
-        Effort::Quick => &[300, 1_408],
-    };
+    let sizes: &[u32] = effort.choose(
+        &[500, 1_408, 3_000, 6_000, 12_000, 25_000, 50_000],
+        &[300, 1_408],
+    );
     let (mut rows, mut setup, mut steps) = (Vec::new(), Vec::new(), Vec::new());
     for &size in sizes {
-        let overrides = [
-            Override::parse(&format!("bodies[0].sampling.target=Nodes({size})"))?,
-            Override::parse("integration.settle=None")?,
-            Override::parse("cuts=[]")?,
-        ];
+        let overrides = overrides(&[
+            &format!("bodies[0].sampling.target=Nodes({size})"),
+            "integration.settle=None",
+            "cuts=[]",
+        ])?;
         let scene = phyxel_scene::embedded("block", &overrides)?;
         let start = Instant::now();
         let mut world = World::new(scene)?;
@@ -57,35 +57,25 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
         setup.push((nodes_f, 1e3 * built));
         steps.push((nodes_f, 1e3 * seconds));
     }
-    Ok(Report {
-        pictures: Vec::new(),
-        words: vec![format!(
+    let table = Table::new(
+        "step",
+        "Cost of a step",
+        "nodes (1); neighbours (1); set-up (s); time of a step (ms); range (%); \
+         time of a pair (ns); step (ms simulated); speed (simulated s per s)",
+        rows,
+    );
+    let plots = plots![
+        "nodes" "Time of a step and of the set-up against nodes",
+            log "nodes", log "time (ms)" => vec![Series::line("step", steps), Series::line("set-up", setup)];
+    ];
+    Ok(Report::new(
+        &[&format!(
             "The embedded scene `block` (E 10 kPa, nu 0.4, 1000 kg/m^3) uncut and without pictures, at \
-             several numbers of nodes. The step is half the largest stable one. Times of a step are \
-             medians of {BATCHES} batches of {STEPS} steps with the range of the batches beside them; \
-             all threads."
+                 several numbers of nodes. The step is half the largest stable one. Times of a step are \
+                 medians of {BATCHES} batches of {STEPS} steps with the range of the batches beside them; \
+                 all threads."
         )],
-        tables: vec![Table {
-            name: "step",
-            title: "Cost of a step".to_owned(),
-            columns: columns(&[
-                ("nodes", "1"),
-                ("neighbours", "1"),
-                ("set-up", "s"),
-                ("time of a step", "ms"),
-                ("range", "%"),
-                ("time of a pair", "ns"),
-                ("step", "ms simulated"),
-                ("speed", "simulated s per s"),
-            ]),
-            rows,
-        }],
-        plots: vec![Plot::new(
-            "nodes",
-            "Time of a step and of the set-up against nodes",
-            log("nodes"),
-            log("time (ms)"),
-            vec![Series::line("step", steps), Series::line("set-up", setup)],
-        )],
-    })
+        vec![table],
+        plots,
+    ))
 }

@@ -105,13 +105,13 @@ pub(super) fn draw(effort: Effort) -> Result<Vec<Drawn>, StudyError> {
 
 /// Draws a scene in its states. A body that blows up is drawn no further.
 fn play(name: &str, model: &str, looks: &[Look], effort: Effort) -> Result<Vec<Drawn>, StudyError> {
-    let changes: &[&str] = match effort {
-        Effort::Full => &["bodies[0].surfels.target=Count(12000)"],
-        Effort::Quick => &[
+    let changes: &[&str] = effort.choose(
+        &["bodies[0].surfels.target=Count(12000)"],
+        &[
             "bodies[0].surfels.target=Count(2000)",
             "integration.settle.limit=0.3",
         ],
-    };
+    );
     let changes = overrides(changes)?;
     let scene = phyxel_scene::embedded(name, &changes)?;
     let mut view = scene.pictures.clone().unwrap_or_default().view;

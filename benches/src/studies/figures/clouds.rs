@@ -5,7 +5,7 @@ use phyxel_mls::{Approximation, Basis, Dimension, Kernel, Order, ShapeScratch};
 use testkit::cloud::Random;
 
 use crate::StudyError;
-use crate::report::{Cell, Plot, Series, Table, columns, linear, row};
+use crate::report::{Plot, Series, Table, plots, row};
 
 /// Nodes on a line with the length each stands for.
 struct Nodes {
@@ -103,16 +103,13 @@ fn deviation(curve: &[(f64, f64)], exact: impl Fn(f64) -> f64) -> f64 {
     off.fold(0.0, f64::max)
 }
 
-fn plot(name: &'static str, title: &str, labels: [&str; 2], series: Vec<Series>) -> Plot {
-    Plot::new(name, title, linear(labels[0]), linear(labels[1]), series)
-}
-
 fn dots(nodes: &Nodes, data: &[f64]) -> Series {
     let points = nodes.at.iter().zip(data).map(|(x, &u)| (x.x, u)).collect();
     Series::dots("data", points)
 }
 
-const AXES: [&str; 2] = ["x (node distances)", "u"];
+/// Label of axes along the nodes.
+const ALONG: &str = "x (node distances)";
 
 pub(super) fn draw() -> Result<(Vec<Plot>, Vec<Table>), StudyError> {
     let even = nodes(0.0);
@@ -121,26 +118,19 @@ pub(super) fn draw() -> Result<(Vec<Plot>, Vec<Table>), StudyError> {
     let mut row = |figure: &str, what: &str, error: f64| {
         rows.push(row![figure, what, error]);
     };
-    let mut plots = Vec::new();
 
-    let mut lines = vec![dots(&even, &ones)];
+    let mut constant = vec![dots(&even, &ones)];
     for radius in [1.5, 2.5, 5.0] {
         let curve = sph(&even, radius, &ones);
         let name = format!("SPH, radius {radius}");
         row("5", &name, deviation(&curve, |_| 1.0));
-        lines.push(Series::line(name, curve));
+        constant.push(Series::line(name, curve));
     }
     let curve = mls(&even, 2.5, Order::Linear, &ones)?;
     row("5", "MLS, radius 2.5", deviation(&curve, |_| 1.0));
-    lines.push(Series::line("MLS, linear", curve));
-    plots.push(plot(
-        "figure5",
-        "Figure 5: constant data, even nodes",
-        AXES,
-        lines,
-    ));
+    constant.push(Series::line("MLS, linear", curve));
 
-    let mut lines = Vec::new();
+    let mut moved = Vec::new();
     for jitter in [0.0, 0.2, 0.45] {
         let uneven = nodes(jitter);
         let curve = sph(&uneven, 1.8, &ones);
@@ -152,17 +142,11 @@ pub(super) fn draw() -> Result<(Vec<Plot>, Vec<Table>), StudyError> {
         let exact = mls(&uneven, 2.5, Order::Linear, &ones)?;
         let same = format!("MLS, nodes moved by {jitter}");
         row("6", &same, deviation(&exact, |_| 1.0));
-        lines.push(Series::line(name, curve));
+        moved.push(Series::line(name, curve));
     }
-    plots.push(plot(
-        "figure6",
-        "Figure 6: constant data, uneven nodes",
-        AXES,
-        lines,
-    ));
 
     let squares: Vec<f64> = even.at.iter().map(|x| x.x * x.x).collect();
-    let mut lines = vec![dots(&even, &squares)];
+    let mut parabolas = vec![dots(&even, &squares)];
     for (order, name) in ORDERS {
         let curve = mls(&even, 5.0, order, &squares)?;
         row(
@@ -170,36 +154,32 @@ pub(super) fn draw() -> Result<(Vec<Plot>, Vec<Table>), StudyError> {
             &format!("MLS, {name} basis"),
             deviation(&curve, |x| x * x),
         );
-        lines.push(Series::line(format!("{name} basis"), curve));
+        parabolas.push(Series::line(format!("{name} basis"), curve));
     }
     // Curves that are 3 apart at 400 look like one.
-    for line in &mut lines {
+    for line in &mut parabolas {
         line.points.retain(|point| point.0 <= 4.0);
     }
-    plots.push(plot(
-        "figure7",
-        "Figure 7: data of x^2, radius 5, at the first of 21 nodes",
-        AXES,
-        lines,
-    ));
 
     let kernel = (-60..=60).map(|k| f64::from(k) / 50.0);
     let kernel = kernel
         .map(|r| (r, Kernel::Polynomial.value(r.abs())))
         .collect();
-    plots.push(plot(
-        "figure11",
-        "Figure 11: the polynomial kernel",
-        ["distance over support radius", "w"],
-        vec![Series::line("w", kernel)],
-    ));
+    let mut plots = plots![
+        "figure5" "Figure 5: constant data, even nodes", linear ALONG, linear "u" => constant;
+        "figure6" "Figure 6: constant data, uneven nodes", linear ALONG, linear "u" => moved;
+        "figure7" "Figure 7: data of x^2, radius 5, at the first of 21 nodes",
+            linear ALONG, linear "u" => parabolas;
+        "figure11" "Figure 11: the polynomial kernel",
+            linear "distance over support radius", linear "w" => vec![Series::line("w", kernel)];
+    ];
     plots.extend(random_data(&even)?);
-    let errors = Table {
-        name: "approximation",
-        title: "Largest deviation from the data's function (figures 5 to 7)".to_owned(),
-        columns: columns(&[("figure", ""), ("curve", ""), ("deviation", "1")]),
+    let errors = Table::new(
+        "approximation",
+        "Largest deviation from the data's function (figures 5 to 7)",
+        "figure; curve; deviation (1)",
         rows,
-    };
+    );
     Ok((plots, vec![errors, table_1(&even)]))
 }
 
@@ -208,43 +188,36 @@ const ORDERS: [(Order, &str); 2] = [(Order::Linear, "linear"), (Order::Quadratic
 /// Figures 14 to 17: random data, and the weights and shape functions of all nodes at the ninth.
 fn random_data(even: &Nodes) -> Result<Vec<Plot>, StudyError> {
     let data = data();
-    let names = [
-        (
-            "figure14",
-            "figure15",
-            "Figure 14: random data, linear basis",
-            "Figure 15: weights and shape functions at the ninth node, linear basis",
-        ),
-        (
-            "figure16",
-            "figure17",
-            "Figure 16: random data, quadratic basis",
-            "Figure 17: weights and shape functions at the ninth node, quadratic basis",
-        ),
-    ];
-    let mut plots = Vec::new();
-    for ((order, _), (curves, functions, data_title, function_title)) in
-        ORDERS.into_iter().zip(names)
-    {
+    let curves = |order| -> Result<Vec<Series>, StudyError> {
         let mut lines = vec![dots(even, &data)];
         for radius in [3.0, 5.0, 7.0] {
             let curve = mls(even, radius, order, &data)?;
             lines.push(Series::line(format!("radius {radius}"), curve));
         }
-        plots.push(plot(curves, data_title, AXES, lines));
+        Ok(lines)
+    };
+    let at_ninth = |order| -> Result<Vec<Series>, StudyError> {
         let (ninth, radius) = (even.at[8].x, 5.0);
         let weight = |x: f64| Kernel::Polynomial.value((x - ninth).abs() / radius);
         let weights = even.at.iter().map(|x| (x.x, weight(x.x))).collect();
         let shape = shapes(even, radius, order, ninth)?;
         let shape = even.at.iter().zip(shape).map(|(x, phi)| (x.x, phi));
-        let lines = vec![
+        Ok(vec![
             Series::line("weight of the node, radius 5", weights),
             Series::line("its shape function", shape.collect()),
-        ];
-        let axes = ["place of the node (node distances)", "value at the ninth"];
-        plots.push(plot(functions, function_title, axes, lines));
-    }
-    Ok(plots)
+        ])
+    };
+    let (node, value) = ("place of the node (node distances)", "value at the ninth");
+    Ok(plots![
+        "figure14" "Figure 14: random data, linear basis",
+            linear ALONG, linear "u" => curves(Order::Linear)?;
+        "figure15" "Figure 15: weights and shape functions at the ninth node, linear basis",
+            linear node, linear value => at_ninth(Order::Linear)?;
+        "figure16" "Figure 16: random data, quadratic basis",
+            linear ALONG, linear "u" => curves(Order::Quadratic)?;
+        "figure17" "Figure 17: weights and shape functions at the ninth node, quadratic basis",
+            linear node, linear value => at_ninth(Order::Quadratic)?;
+    ])
 }
 
 /// Table 1: root mean square errors at the nodes; empty where a moment matrix is singular.
@@ -263,15 +236,14 @@ fn table_1(even: &Nodes) -> Table {
     let rows = (1..=7_u32).map(|radius| {
         let mut row = row![f64::from(radius)];
         for (order, _) in ORDERS {
-            row.push(error(order, f64::from(radius)).map_or(Cell::Nothing, Cell::Number));
+            row.push(error(order, f64::from(radius)).into());
         }
         row
     });
-    Table {
-        name: "table1",
-        title: "Table 1: error of moving least squares at the nodes; none where a moment matrix is singular"
-            .to_owned(),
-        columns: columns(&[("radius", "1"), ("linear", "1"), ("quadratic", "1")]),
-        rows: rows.collect(),
-    }
+    Table::new(
+        "table1",
+        "Table 1: error of moving least squares at the nodes; none where a moment matrix is singular",
+        "radius (1); linear (1); quadratic (1)",
+        rows.collect(),
+    )
 }

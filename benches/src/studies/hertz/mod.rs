@@ -17,7 +17,7 @@ use crate::problems::indentation::{
 };
 use crate::problems::model::ElasticBody;
 use crate::problems::reference::Reference;
-use crate::report::{Cell, Plot, Report, Series, Table, columns, linear, log, median_time, row};
+use crate::report::{Cell, Report, Series, Table, median_time, plots, row};
 use crate::{Effort, StudyError};
 
 /// Young's modulus (Pa) of the tables; everything is proportional to it.
@@ -137,113 +137,75 @@ fn measured<B: ForceLaw>(
 }
 
 pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
-    let mut reference = Reference::new(match effort {
-        Effort::Full => [12, 16],
-        Effort::Quick => [8, 12],
-    })?;
+    let mut reference = Reference::new(effort.choose([12, 16], [8, 12]))?;
     let (table, curves) = force_curves(effort, &mut reference)?;
     let (convergence, by_nodes, by_time, by_theory, by_norm) = convergence(effort, &mut reference)?;
     let (alternating, by_control) = norm::table(effort, &reference)?;
     let (released, picture) = released::table(effort, &mut reference)?;
-    let cells: &[u32] = match effort {
-        // On 12 and 14 cells, which grow by more than twofold, the stencils' solve stops at 1e-6.
-        Effort::Full => &[16, 20, 24],
-        Effort::Quick => &[10],
-    };
+    // On 12 and 14 cells, which grow by more than twofold, the stencils' solve stops at 1e-6.
+    let cells: &[u32] = effort.choose(&[16, 20, 24], &[10]);
     let spaces = cells
         .iter()
         .map(|&cells| half_space(cells))
         .collect::<Result<Vec<_>, _>>()?;
-    let plot = Plot::new;
+    let tables = vec![
+        convergence,
+        table,
+        alternating,
+        released,
+        space::table(&spaces),
+    ];
+    let mut plots = plots![
+        "curves" "Force against indentation, sphere of 1 m (figs 69 and 72)",
+            linear "indentation (m)", linear "force (N)" => curves;
+        "convergence" "Error of the force against the block's finite elements, 0.1 m deep",
+            log "nodes", log "error of the force (%)" => by_nodes;
+        "norm" "Norm of the displacements' error against degrees of freedom (fig. 71)",
+            log "degrees of freedom", log "error over displacements (%)" => by_norm;
+        "indentation" "Indentation at the force of eq. (65) over theory's (fig. 73)",
+            log "nodes", linear "indentation over theory's (1)" => by_theory;
+        "time" "Error of the force against the time of its solution, 0.1 m deep",
+            log "wall time of the static solution (s)", log "error of the force (%)" => by_time;
+        "pressure" "Pressure in the contact against Hertz",
+            linear "distance from the middle (contact radii)",
+            linear "pressure over Hertz's largest (1)" => space::pressures(&spaces);
+    ];
+    plots.push(by_control);
     Ok(Report {
         pictures: vec![picture],
-        words: vec![
-            "A cube of 2 m (E 10 kPa, nu 0.3), sides and bottom held, a frictionless rigid sphere of \
-             1 m pressed into the middle of its top. Half-space theory is Aras 2014, eq. (65); the \
-             block reference are triquadratic finite elements of this program, on a quarter of the cube and \
-             lines drawn towards the sphere, with the same contact, on two lattices, extrapolated. \
-             A held block is stiffer than a half-space: by 15 % at 0.05 m and 27 % at 0.1 m. The strain \
-             is made small (radius times 100, depth over 100, forces scaled back), as the reference has it."
-                .to_owned(),
-            "Finite elements are linear elastic boxes, fully integrated, on the same lattice; their stiffness \
-             is assembled beforehand, as the stencils are. The \
-             norm of fig. 71 is that of the displacements' error over all nodes, over the norm of the \
-             reference's displacements there."
-                .to_owned(),
-            "The dissertation's model: 16 nearest nodes, plain stencils, nodal volumes of eqs (17) and \
-             (18) that sum to more than the cube, Saint Venant-Kirchhoff; contact is the same in both. \
-             It published 20.11 ms a step at about 6,000 nodes (section 5.7)."
-                .to_owned(),
-            norm::WORDS.to_owned(),
-            released::WORDS.to_owned(),
-            "The half-space table presses a quarter of a block of about 46 contact radii; pressures \
-             are means over rings over Hertz's largest."
-                .to_owned(),
-        ],
-        tables: vec![
-            convergence,
-            table,
-            alternating,
-            released,
-            space::table(&spaces),
-        ],
-        plots: vec![
-            plot(
-                "curves",
-                "Force against indentation, sphere of 1 m (figs 69 and 72)",
-                linear("indentation (m)"),
-                linear("force (N)"),
-                curves,
-            ),
-            plot(
-                "convergence",
-                "Error of the force against the block's finite elements, 0.1 m deep",
-                log("nodes"),
-                log("error of the force (%)"),
-                by_nodes,
-            ),
-            plot(
-                "norm",
-                "Norm of the displacements' error against degrees of freedom (fig. 71)",
-                log("degrees of freedom"),
-                log("error over displacements (%)"),
-                by_norm,
-            ),
-            plot(
-                "indentation",
-                "Indentation at the force of eq. (65) over theory's (fig. 73)",
-                log("nodes"),
-                linear("indentation over theory's (1)"),
-                by_theory,
-            ),
-            plot(
-                "time",
-                "Error of the force against the time of its solution, 0.1 m deep",
-                log("wall time of the static solution (s)"),
-                log("error of the force (%)"),
-                by_time,
-            ),
-            plot(
-                "pressure",
-                "Pressure in the contact against Hertz",
-                linear("distance from the middle (contact radii)"),
-                linear("pressure over Hertz's largest (1)"),
-                space::pressures(&spaces),
-            ),
-            by_control,
-        ],
+        ..Report::new(&WORDS, tables, plots)
     })
 }
+
+const WORDS: [&str; 6] = [
+    "A cube of 2 m (E 10 kPa, nu 0.3), sides and bottom held, a frictionless rigid sphere of \
+     1 m pressed into the middle of its top. Half-space theory is Aras 2014, eq. (65); the \
+     block reference are triquadratic finite elements of this program, on a quarter of the cube and \
+     lines drawn towards the sphere, with the same contact, on two lattices, extrapolated. \
+     A held block is stiffer than a half-space: by 15 % at 0.05 m and 27 % at 0.1 m. The strain \
+     is made small (radius times 100, depth over 100, forces scaled back), as the reference has it.",
+    "Finite elements are linear elastic boxes, fully integrated, on the same lattice; their stiffness \
+     is assembled beforehand, as the stencils are. The \
+     norm of fig. 71 is that of the displacements' error over all nodes, over the norm of the \
+     reference's displacements there.",
+    "The dissertation's model: 16 nearest nodes, plain stencils, nodal volumes of eqs (17) and \
+     (18) that sum to more than the cube, Saint Venant-Kirchhoff; contact is the same in both. \
+     It published 20.11 ms a step at about 6,000 nodes (section 5.7).",
+    norm::WORDS,
+    released::WORDS,
+    "The half-space table presses a quarter of a block of about 46 contact radii; pressures \
+     are means over rings over Hertz's largest.",
+];
 
 /// The force over the depth, by both models on one lattice.
 fn force_curves(
     effort: Effort,
     reference: &mut Reference,
 ) -> Result<(Table, Vec<Series>), StudyError> {
-    let (cells, depths): (u32, &[f64]) = match effort {
-        Effort::Full => (17, &[0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.08, 0.1]),
-        Effort::Quick => (9, &[0.05, 0.1]),
-    };
+    let (cells, depths): (u32, &[f64]) = effort.choose(
+        (17, &[0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.08, 0.1]),
+        (9, &[0.05, 0.1]),
+    );
     let (mut rows, mut curves) = (Vec::new(), Vec::new());
     let theory = depths
         .iter()
@@ -283,23 +245,13 @@ fn force_curves(
             points,
         ));
     }
-    let table = Table {
-        name: "curves",
-        title: "Force over indentation".to_owned(),
-        columns: columns(&[
-            ("model", ""),
-            ("nodes", "1"),
-            ("depth", "m"),
-            ("force", "N"),
-            ("over half-space", "1"),
-            ("error to block", "%"),
-            ("contact radius", "m"),
-            ("over Hertz's", "1"),
-            ("solution", "s"),
-            ("products", "1"),
-        ]),
+    let table = Table::new(
+        "curves",
+        "Force over indentation",
+        "model; nodes (1); depth (m); force (N); over half-space (1); error to block (%); \
+         contact radius (m); over Hertz's (1); solution (s); products (1)",
         rows,
-    };
+    );
     Ok((table, curves))
 }
 
@@ -307,10 +259,7 @@ type Converged = (Table, Vec<Series>, Vec<Series>, Vec<Series>, Vec<Series>);
 
 /// Error of the force over nodes and time, and of the displacements over degrees of freedom.
 fn convergence(effort: Effort, reference: &mut Reference) -> Result<Converged, StudyError> {
-    let cells: &[u32] = match effort {
-        Effort::Full => &[7, 9, 11, 14, 17, 22],
-        Effort::Quick => &[7, 9],
-    };
+    let cells: &[u32] = effort.choose(&[7, 9, 11, 14, 17, 22], &[7, 9]);
     let (radius, depth) = SPHERES[2];
     let known_small = reference.press(radius, depth)?;
     let (radius, depth) = SPHERES[1];
@@ -394,22 +343,13 @@ fn convergence(effort: Effort, reference: &mut Reference) -> Result<Converged, S
         "block, triquadratic elements",
         ends.map(|nodes| (nodes, block)).collect(),
     ));
-    let table = Table {
-        name: "convergence",
-        title: "Force on the sphere against finite elements of the block".to_owned(),
-        columns: columns(&[
-            ("model", ""),
-            ("nodes", "1"),
-            ("contact radius", "spacings"),
-            ("error, r 1 d 0.1", "%"),
-            ("error, r 0.5 d 0.05", "%"),
-            ("norm of the error", "%"),
-            ("depth over eq. (65)'s", "1"),
-            ("solution", "s"),
-            ("products", "1"),
-            ("forces", "ms"),
-        ]),
+    let table = Table::new(
+        "convergence",
+        "Force on the sphere against finite elements of the block",
+        "model; nodes (1); contact radius (spacings); error, r 1 d 0.1 (%); \
+         error, r 0.5 d 0.05 (%); norm of the error (%); depth over eq. (65)'s (1); \
+         solution (s); products (1); forces (ms)",
         rows,
-    };
+    );
     Ok((table, by_nodes, by_time, by_theory, by_norm))
 }

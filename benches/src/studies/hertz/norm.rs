@@ -8,7 +8,7 @@ use crate::problems::elements::Order;
 use crate::problems::indentation::{Press, SMALL, SOFT, SPHERES, cube_lattice, held, on_top};
 use crate::problems::model::{ElasticBody, small_displacements};
 use crate::problems::reference::{Reference, pulled};
-use crate::report::{Plot, Series, Table, columns, log, row};
+use crate::report::{Plot, Series, Table, log, row};
 use crate::{Effort, StudyError};
 
 pub(super) const WORDS: &str = "The table of alternation asks where the norm comes from: first a smooth \
@@ -159,10 +159,7 @@ impl Found {
 
 /// The errors of all loads and models over cells; `reference` stands as the sphere left it.
 pub(super) fn table(effort: Effort, reference: &Reference) -> Result<(Table, Plot), StudyError> {
-    let sizes: &[u32] = match effort {
-        Effort::Full => &[9, 17, 25],
-        Effort::Quick => &[6, 12],
-    };
+    let sizes: &[u32] = effort.choose(&[9, 17, 25], &[6, 12]);
     let by_smooth = reference.with_top(smooth)?;
     let by_sphere = |x: DVec3| reference.displacement(x);
     let (mut rows, mut curves) = (Vec::new(), Vec::new());
@@ -204,19 +201,12 @@ pub(super) fn table(effort: Effort, reference: &Reference) -> Result<(Table, Plo
             }
         }
     }
-    let table = Table {
-        name: "alternating",
-        title: "Where the norm of the displacements' error comes from".to_owned(),
-        columns: columns(&[
-            ("load", ""),
-            ("model", ""),
-            ("nodes", "1"),
-            ("error inside", "%"),
-            ("order", "1"),
-            ("averaged", "%"),
-        ]),
+    let table = Table::new(
+        "alternating",
+        "Where the norm of the displacements' error comes from",
+        "load; model; nodes (1); error inside (%); order (1); averaged (%)",
         rows,
-    };
+    );
     let plot = Plot::new(
         "alternating",
         "Error inside with the reference's displacements given on the top",

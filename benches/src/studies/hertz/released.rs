@@ -6,7 +6,7 @@ use phyxel_cli::picture::Painter;
 
 use super::MODULUS;
 use crate::problems::reference::Reference;
-use crate::report::{Picture, Table, columns, row};
+use crate::report::{Picture, Table, row};
 use crate::{Effort, StudyError};
 
 pub(super) const WORDS: &str = "Released: the same cube as a scene, the sphere let go where it touches and \
@@ -58,10 +58,7 @@ pub(super) fn table(
     effort: Effort,
     reference: &mut Reference,
 ) -> Result<(Table, Picture), StudyError> {
-    let nodes = match effort {
-        Effort::Full => 5_000,
-        Effort::Quick => 1_000,
-    };
+    let nodes = effort.choose(5_000, 1_000);
     let push = MODULUS * reference.press(1.0, DEPTH)?.force;
     let mut released = world(
         nodes,
@@ -88,19 +85,13 @@ pub(super) fn table(
         tool.force.z / push,
         carried / push
     ]];
-    let table = Table {
-        name: "released",
-        title: "The sphere let go on the block (fig. 70)".to_owned(),
-        columns: columns(&[
-            ("nodes", "1"),
-            ("push", "N"),
-            ("depth at rest", "m"),
-            ("over the reference's", "1"),
-            ("force over push", "1"),
-            ("driven there: force over push", "1"),
-        ]),
+    let table = Table::new(
+        "released",
+        "The sphere let go on the block (fig. 70)",
+        "nodes (1); push (N); depth at rest (m); over the reference's (1); force over push (1); \
+         driven there: force over push (1)",
         rows,
-    };
+    );
     let pictures = Pictures {
         width: 640,
         height: 480,

@@ -1,7 +1,7 @@
 //! The sphere on a block so large that it is nearly a half-space.
 
 use crate::problems::indentation::{HalfSpace, Ring};
-use crate::report::{Cell, Series, Table, columns, row};
+use crate::report::{Cell, Series, Table, row};
 
 pub(super) fn table(spaces: &[HalfSpace]) -> Table {
     let rows = spaces.iter().map(|space| {
@@ -16,21 +16,13 @@ pub(super) fn table(spaces: &[HalfSpace]) -> Table {
         row.extend(inner.map(|ring| Cell::Number(100.0 * (ring.pressure / ring.expected - 1.0))));
         row
     });
-    Table {
-        name: "half-space",
-        title: "Sphere on a large block against Hertz".to_owned(),
-        columns: columns(&[
-            ("nodes", "1"),
-            ("block", "contact radii"),
-            ("force", "%"),
-            ("contact radius", "%"),
-            ("products", "1"),
-            ("pressure to 0.3 a", "%"),
-            ("0.3 to 0.55 a", "%"),
-            ("0.55 to 0.8 a", "%"),
-        ]),
-        rows: rows.collect(),
-    }
+    Table::new(
+        "half-space",
+        "Sphere on a large block against Hertz",
+        "nodes (1); block (contact radii); force (%); contact radius (%); products (1); \
+         pressure to 0.3 a (%); 0.3 to 0.55 a (%); 0.55 to 0.8 a (%)",
+        rows.collect(),
+    )
 }
 
 pub(super) fn pressures(spaces: &[HalfSpace]) -> Vec<Series> {

@@ -8,7 +8,7 @@ use phyxel_splat::{Camera, RadiusRule, Splats, covering_radii};
 
 use super::exact::{Difference, Exact, mean_square};
 use super::{at_rest, plain_renderer};
-use crate::report::{Table, columns, row};
+use crate::report::{Table, row};
 use crate::{Effort, StudyError};
 use phyxel::scene::SurfelSpacing;
 use phyxel_cli::picture::surfels_on_solid;
@@ -50,10 +50,10 @@ fn surfels(solid: &Solid, count: usize) -> Result<[SurfaceSamples; 2], StudyErro
 }
 
 pub(crate) fn table(effort: Effort) -> Result<Table, StudyError> {
-    let (counts, width, height): (&[usize], u32, u32) = match effort {
-        Effort::Full => (&[1_000, 3_000, 10_000, 30_000], 640, 480),
-        Effort::Quick => (&[1_000, 10_000], 320, 240),
-    };
+    let (counts, width, height): (&[usize], u32, u32) = effort.choose(
+        (&[1_000, 3_000, 10_000, 30_000], 640, 480),
+        (&[1_000, 10_000], 320, 240),
+    );
     let mut rows = Vec::new();
     for (body, solid) in bodies() {
         let bounds = solid.bounds();
@@ -94,28 +94,16 @@ pub(crate) fn table(effort: Effort) -> Result<Table, StudyError> {
             ]);
         }
     }
-    Ok(Table {
-        name: "adaptive",
-        title: format!(
+    Ok(Table::new(
+        "adaptive",
+        format!(
             "SurfaceSamples and radii that follow curvature (spacing as its cube root, up to {RANGE}:1) \
              against as many even surfels of one radius, at equal overdraw: errors of both, and how \
              many times smaller they become"
         ),
-        columns: columns(&[
-            ("body", ""),
-            ("surfels", "1"),
-            ("overdraw", "1"),
-            ("one: holes", "pixels"),
-            ("following: holes", "pixels"),
-            ("one: outline", "%"),
-            ("following: outline", "%"),
-            ("one: depth", "mm"),
-            ("following: depth", "mm"),
-            ("depth gain", "1"),
-            ("one: normal", "degrees"),
-            ("following: normal", "degrees"),
-            ("normal gain", "1"),
-        ]),
+        "body; surfels (1); overdraw (1); one: holes (pixels); following: holes (pixels); \
+         one: outline (%); following: outline (%); one: depth (mm); following: depth (mm); \
+         depth gain (1); one: normal (degrees); following: normal (degrees); normal gain (1)",
         rows,
-    })
+    ))
 }

@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 use phyxel_splat::{Camera, RenderSettings, Renderer, SplatView, Splats, Surfels};
 
 use super::speed;
-use crate::report::{Table, columns, median_time, row};
+use crate::report::{Table, median_time, row};
 use crate::{Effort, StudyError};
 
 /// Eye's distance from the middle of the ball (radii).
@@ -15,10 +15,7 @@ const AWAY: f64 = 4.0;
 const VIEW: f64 = 35.0;
 
 pub(crate) fn table(effort: Effort) -> Result<Table, StudyError> {
-    let count = match effort {
-        Effort::Full => 100_000,
-        Effort::Quick => 10_000,
-    };
+    let count = effort.choose(100_000, 10_000);
     let (_, ball, _) = speed::ball(count);
     let start = Instant::now();
     let surfels = Surfels::covering(&ball, &ball)?;
@@ -49,19 +46,12 @@ pub(crate) fn table(effort: Effort) -> Result<Table, StudyError> {
             (false, seen) => outside += usize::from(seen),
         }
     }
-    Ok(Table {
-        name: "ball",
-        title: "A ball of points with normals at 1280 x 720, as benches/peers/pictures.py has it"
-            .to_owned(),
-        columns: columns(&[
-            ("points", "1"),
-            ("picture", "ms"),
-            ("first picture", "ms"),
-            ("holes", "px"),
-            ("outside", "px"),
-            ("depth, RMS", "radii"),
-        ]),
-        rows: vec![row![
+    Ok(Table::new(
+        "ball",
+        "A ball of points with normals at 1280 x 720, as benches/peers/pictures.py has it",
+        "points (1); picture (ms); first picture (ms); holes (px); outside (px); \
+         depth, RMS (radii)",
+        vec![row![
             count as usize,
             1e3 * time,
             1e3 * first,
@@ -69,5 +59,5 @@ pub(crate) fn table(effort: Effort) -> Result<Table, StudyError> {
             outside,
             (squares / f64::max(covered, 1.0)).sqrt()
         ]],
-    })
+    ))
 }

@@ -6,11 +6,11 @@ use phyxel_splat::{
 
 use super::sheet::{Panel, sheet};
 use crate::report::Picture;
+use crate::studies::chapter6::overrides;
 use crate::{Effort, StudyError};
 use phyxel::World;
 use phyxel::scene::{Pictures, View};
 use phyxel_cli::picture::{Painter, Style};
-use phyxel_scene::Override;
 
 /// An embedded scene and when its first cut is done (s).
 struct Play {
@@ -88,9 +88,9 @@ pub(crate) fn pictures(effort: Effort) -> Result<Vec<Picture>, StudyError> {
 }
 
 fn played(play: &Play, effort: Effort) -> Result<Picture, StudyError> {
-    let (changes, height): (&[&str], u32) = match effort {
-        Effort::Full => (&[], 480),
-        Effort::Quick => (
+    let (changes, height): (&[&str], u32) = effort.choose(
+        (&[], 480),
+        (
             &[
                 "bodies[0].sampling.target=Nodes(500)",
                 "bodies[0].surfels.target=Count(3000)",
@@ -98,13 +98,9 @@ fn played(play: &Play, effort: Effort) -> Result<Picture, StudyError> {
             ],
             180,
         ),
-    };
+    );
     let width = (f64::from(height) * play.aspect) as u32;
-    let changes = changes
-        .iter()
-        .map(|change| Override::parse(change))
-        .collect::<Result<Vec<_>, _>>()?;
-    let scene = phyxel_scene::embedded(play.scene, &changes)?;
+    let scene = phyxel_scene::embedded(play.scene, &overrides(changes)?)?;
     let mut view = scene
         .pictures
         .as_ref()

@@ -8,7 +8,7 @@ use phyxel_splat::{Camera, Frame, Lens, Measure, RadiusRule, Splats, Tissue};
 use rayon::prelude::*;
 
 use super::{at_rest, plain_renderer};
-use crate::report::{Plot, Report, Series, Table, columns, linear, log, median_time, row};
+use crate::report::{Report, Table, add_point, median_time, plots, row};
 use crate::{Effort, StudyError};
 
 /// Radii of the torus (m).
@@ -236,24 +236,16 @@ pub(crate) fn mean_square(radii: &[f64]) -> f64 {
     radii.iter().map(|r| r * r).sum::<f64>() / count
 }
 
-/// Points of one rule over the surfels of the first body.
-#[derive(Default)]
-struct Curves {
-    normal: Vec<(f64, f64)>,
-    depth: Vec<(f64, f64)>,
-    time: Vec<(f64, f64)>,
-    uncovered: Vec<(f64, f64)>,
-}
-
 /// Radius rules, surfel counts, bodies: how far off each picture is.
 pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
-    let (counts, width, height): (&[usize], u32, u32) = match effort {
-        Effort::Full => (&[1_000, 3_000, 10_000, 30_000, 100_000], 640, 480),
-        Effort::Quick => (&[1_000, 5_000], 320, 240),
-    };
+    let (counts, width, height): (&[usize], u32, u32) = effort.choose(
+        (&[1_000, 3_000, 10_000, 30_000, 100_000], 640, 480),
+        (&[1_000, 5_000], 320, 240),
+    );
     let aspect = f64::from(width) / f64::from(height);
     let mut rows = Vec::new();
-    let mut curves: Vec<(&str, Curves)> = Vec::new();
+    // Of each rule surfels, time of a picture, errors of normals, depth and outline.
+    let mut of_ball: Vec<(&str, [f64; 5])> = Vec::new();
     for body in bodies() {
         let bounds = body.solid.bounds();
         let view = DVec3::new(-0.5, 0.8, -0.7);
@@ -290,37 +282,41 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
                 ]);
                 if body.name == "ball" {
                     let n = surfels.positions.len() as f64;
-                    if !curves.iter().any(|(name, _)| *name == rule) {
-                        curves.push((rule, Curves::default()));
-                    }
-                    let (_, curve) = curves
-                        .iter_mut()
-                        .find(|(name, _)| *name == rule)
-                        .expect("it was just put there");
-                    curve.normal.push((n, found.normal));
-                    curve.depth.push((n, 1e3 * found.depth));
-                    curve.time.push((1e3 * seconds, found.normal));
-                    curve.uncovered.push((n, 100.0 * found.outline));
+                    let errors = [found.normal, 1e3 * found.depth, 100.0 * found.outline];
+                    of_ball.push((rule, [n, 1e3 * seconds, errors[0], errors[1], errors[2]]));
                 }
             }
         }
     }
-    let time = |label: &str| {
-        if label.starts_with("time") {
-            linear(label)
-        } else {
-            log(label)
+    // Columns of the ball's rows.
+    let lines = |x: usize, y: usize| {
+        let mut lines = Vec::new();
+        for (rule, found) in &of_ball {
+            add_point(&mut lines, rule, (found[x], found[y]));
         }
+        lines
     };
-    let plot = |name, title: &str, x: &str, y: &str, of: fn(&Curves) -> &Vec<(f64, f64)>| {
-        let lines = curves.iter();
-        let lines = lines.map(|(name, curve)| Series::line(*name, of(curve).clone()));
-        Plot::new(name, title, time(x), log(y), lines.collect())
-    };
-    Ok(Report {
-        pictures: Vec::new(),
-        words: vec![
-            format!(
+    let plots = plots![
+        "normal" "Ball: error of the normals against surfels",
+            log "surfels", log "mean angle between normals (degrees)" => lines(0, 2);
+        "depth" "Ball: error of the depth against surfels",
+            log "surfels", log "RMS error of the depth (mm)" => lines(0, 3);
+        "outline" "Ball: error of the outline against surfels",
+            log "surfels", log "pixels covered by one picture only (%), none not shown" => lines(0, 4);
+        "time" "Ball: error of the normals against the time of a picture",
+            linear "time of a picture (ms)", log "mean angle between normals (degrees)" => lines(1, 2);
+    ];
+    let table = Table::new(
+        "rules",
+        "Pictures of splats against exact ones",
+        "body; radii; surfels (1); overdraw (1); holes (pixels); strays (pixels); \
+         outline (%); depth (mm); normal (degrees); picture (ms); standing out (pixels); \
+         at least (pixels)",
+        rows,
+    );
+    Ok(Report::new(
+        &[
+            &format!(
                 "Bodies about 2 m large, their surfels sampled as a scene's are, drawn with {width} x \
                  {height} pixels and compared with pictures of rays traced by the signed distance. \
                  Holes and strays are pixels more than one pixel inside or outside the exact outline; \
@@ -332,63 +328,14 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
              the default, the disks' area over the body's, so that all of them draw as much; one radius \
              as large as the default's largest shows what it takes to leave no hole with one size. \
              Creases of the box are compared: a pixel on the wrong side of one counts as 90 degrees. \
-             Times are medians, all threads; plots are of the ball."
-                .to_owned(),
+             Times are medians, all threads; plots are of the ball.",
             "A flat disk stands out where it touches the outline of a curved body: by sqrt(R^2 + r^2) - R \
              for a radius r and a radius of curvature R. The last columns give the most that any of the \
              disks drawn can, and what the smallest disks would that cover the body with as many \
              (arranged in hexagons): where that is above one pixel, no choice of radii keeps the outline \
-             within one."
-                .to_owned(),
+             within one.",
         ],
-        tables: vec![Table {
-            name: "rules",
-            title: "Pictures of splats against exact ones".to_owned(),
-            columns: columns(&[
-                ("body", ""),
-                ("radii", ""),
-                ("surfels", "1"),
-                ("overdraw", "1"),
-                ("holes", "pixels"),
-                ("strays", "pixels"),
-                ("outline", "%"),
-                ("depth", "mm"),
-                ("normal", "degrees"),
-                ("picture", "ms"),
-                ("standing out", "pixels"),
-                ("at least", "pixels"),
-]),
-            rows,
-        }],
-        plots: vec![
-            plot(
-                "normal",
-                "Ball: error of the normals against surfels",
-                "surfels",
-                "mean angle between normals (degrees)",
-                |curve| &curve.normal,
-            ),
-            plot(
-                "depth",
-                "Ball: error of the depth against surfels",
-                "surfels",
-                "RMS error of the depth (mm)",
-                |curve| &curve.depth,
-            ),
-            plot(
-                "outline",
-                "Ball: error of the outline against surfels",
-                "surfels",
-                "pixels covered by one picture only (%), none not shown",
-                |curve| &curve.uncovered,
-            ),
-            plot(
-                "time",
-                "Ball: error of the normals against the time of a picture",
-                "time of a picture (ms)",
-                "mean angle between normals (degrees)",
-                |curve| &curve.time,
-            ),
-        ],
-    })
+        vec![table],
+        plots,
+    ))
 }

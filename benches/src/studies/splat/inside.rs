@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 use phyxel_discretize::{Bounds, Primitive, Solid, sample_surfels, surface_mesh};
 use phyxel_splat::{Tissue, TissueSettings};
 
-use crate::report::{Cell, Table, columns, median_time, row};
+use crate::report::{Cell, Table, median_time, row};
 use crate::{Effort, StudyError};
 use testkit::cloud::Random;
 
@@ -53,10 +53,7 @@ fn points(bounds: Bounds, count: usize) -> Vec<DVec3> {
 }
 
 pub(crate) fn table(effort: Effort) -> Result<Table, StudyError> {
-    let (surfels, count) = match effort {
-        Effort::Full => (10_000, 20_000),
-        Effort::Quick => (2_000, 2_000),
-    };
+    let (surfels, count) = effort.choose((10_000, 20_000), (2_000, 2_000));
     let mut rows = Vec::new();
     for (name, solid, edge) in bodies() {
         let mesh = surface_mesh(&solid, edge)?;
@@ -93,22 +90,14 @@ pub(crate) fn table(effort: Effort) -> Result<Table, StudyError> {
             each * time
         ]);
     }
-    Ok(Table {
-        name: "inside",
-        title: "Points of cuts that the dissertation's inside test (two nearest surfels, fig. 65) \
-                misjudges against the default (the solid's own); near: within a spacing of the surface"
-            .to_owned(),
-        columns: columns(&[
-            ("body", ""),
-            ("surfels", "1"),
-            ("wrong", "%"),
-            ("wrong near", "%"),
-            ("wrong far", "%"),
-            ("two nearest", "us a point"),
-            ("default", "us a point"),
-]),
+    Ok(Table::new(
+        "inside",
+        "Points of cuts that the dissertation's inside test (two nearest surfels, fig. 65) \
+                misjudges against the default (the solid's own); near: within a spacing of the surface",
+        "body; surfels (1); wrong (%); wrong near (%); wrong far (%); two nearest (us a point); \
+         default (us a point)",
         rows,
-    })
+    ))
 }
 
 fn test(points: &[DVec3], inside: impl Fn(DVec3) -> bool) -> Vec<bool> {

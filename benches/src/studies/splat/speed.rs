@@ -5,7 +5,7 @@ use phyxel_splat::{
     Camera, RenderSettings, Renderer, Splats, Tissue, TissueSettings, TissueTexture, covering_radii,
 };
 
-use crate::report::{Cell, Table, columns, median_time, row};
+use crate::report::{Cell, Table, median_time, row};
 use crate::{Effort, StudyError};
 
 /// Radius of the ball (m).
@@ -35,10 +35,7 @@ pub(super) fn ball(count: u32) -> Samples {
 }
 
 pub(crate) fn table(effort: Effort) -> Result<Table, StudyError> {
-    let counts: &[u32] = match effort {
-        Effort::Full => &[10_000, 100_000, 1_000_000],
-        Effort::Quick => &[10_000],
-    };
+    let counts: &[u32] = effort.choose(&[10_000, 100_000, 1_000_000], &[10_000]);
     let middle = 0.5 * f64::from(NODES - 1);
     let nodes: Vec<DVec3> = (0..NODES.pow(3))
         .map(|i| {
@@ -83,21 +80,11 @@ pub(crate) fn table(effort: Effort) -> Result<Table, StudyError> {
         }
         rows.push(row);
     }
-    Ok(Table {
-        name: "speed",
-        title: "Stages of a picture: one sample a pixel, and four as by default".to_owned(),
-        columns: columns(&[
-            ("surfels", "1"),
-            ("radii", "ms"),
-            ("set up", "ms"),
-            ("carry", "ms"),
-            ("picture", "ms"),
-            ("rate", "1/s"),
-            ("splats", "million/s"),
-            ("2x2 picture", "ms"),
-            ("2x2 rate", "1/s"),
-            ("2x2 splats", "million/s"),
-        ]),
+    Ok(Table::new(
+        "speed",
+        "Stages of a picture: one sample a pixel, and four as by default",
+        "surfels (1); radii (ms); set up (ms); carry (ms); picture (ms); rate (1/s); \
+         splats (million/s); 2x2 picture (ms); 2x2 rate (1/s); 2x2 splats (million/s)",
         rows,
-    })
+    ))
 }

@@ -130,18 +130,18 @@ struct Sizes {
 }
 
 pub(crate) fn pictures(effort: Effort) -> Result<Vec<Picture>, StudyError> {
-    let sizes = match effort {
-        Effort::Full => Sizes {
+    let sizes = effort.choose(
+        Sizes {
             few: 3_000,
             many: 30_000,
             frame: [480, 360],
         },
-        Effort::Quick => Sizes {
+        Sizes {
             few: 600,
             many: 2_000,
             frame: [240, 180],
         },
-    };
+    );
     let picture = |name: &str, title: &str, frame| Picture {
         name: name.to_owned(),
         title: title.to_owned(),
