@@ -16,6 +16,13 @@ fn surface(spacing: f64) -> Mesh {
     surface_mesh(&Primitive::Liver.into(), spacing).expect("the liver is thicker than the spacing")
 }
 
+fn bodies() -> [(&'static str, Solid); 2] {
+    [
+        ("function", Solid::from(Primitive::Liver)),
+        ("mesh", Solid::from_mesh(surface(0.004))),
+    ]
+}
+
 fn files(c: &mut Criterion) {
     let mesh = surface(0.002);
     let bytes = ply_mesh(&mesh);
@@ -58,10 +65,7 @@ fn inside(c: &mut Criterion) {
 fn stuffing(c: &mut Criterion) {
     let mut group = c.benchmark_group("discretize/sample_tetrahedra");
     group.sample_size(10);
-    let bodies = [
-        ("function", Solid::from(Primitive::Liver)),
-        ("mesh", Solid::from_mesh(surface(0.004))),
-    ];
+    let bodies = bodies();
     for (name, solid) in &bodies {
         for nodes in [1_000, 10_000, 100_000] {
             let settings = SampleSettings::nodes(nodes);
@@ -95,10 +99,7 @@ fn grading() -> Grading {
 }
 
 fn graded(c: &mut Criterion) {
-    let bodies = [
-        ("function", Solid::from(Primitive::Liver)),
-        ("mesh", Solid::from_mesh(surface(0.004))),
-    ];
+    let bodies = bodies();
     let mut group = c.benchmark_group("discretize/octree");
     group.sample_size(10);
     for (name, solid) in &bodies {

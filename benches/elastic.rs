@@ -25,6 +25,14 @@ fn elastic(block: &Block, material: Material, settings: &Settings) -> Elastic {
     Elastic::new(&stencils(block), &nodes, &materials, settings).expect("a valid lattice")
 }
 
+/// A lattice of so many nodes a side, deformed positions, and room for forces.
+fn lattice(side: usize) -> (Block, Vec<DVec3>, Vec<DVec3>) {
+    let block = Block::eighteen([side; 3], 0.1);
+    let x = deformed(&block);
+    let forces = vec![DVec3::ZERO; x.len()];
+    (block, x, forces)
+}
+
 /// Stretched by 2 % and shaken, so that no product is zero by symmetry.
 fn deformed(block: &Block) -> Vec<DVec3> {
     let mut random = Random::new(1);
@@ -47,10 +55,7 @@ fn sizes(c: &mut Criterion) {
     let mut group = c.benchmark_group("forces, all threads");
     group.sample_size(10);
     for side in SIDES {
-        let block = Block::eighteen([side; 3], 0.1);
-        let x = deformed(&block);
-        let mut f = vec![DVec3::ZERO; x.len()];
-
+        let (block, x, mut f) = lattice(side);
         let settings = Settings::default();
         let mut body = elastic(&block, Material::neo_hookean(1e4, 0.4), &settings);
         group.throughput(pairs(&body));
@@ -102,9 +107,7 @@ fn laws(c: &mut Criterion) {
         group.warm_up_time(Duration::from_millis(300));
         group.measurement_time(Duration::from_secs(1));
         for side in SIDES {
-            let block = Block::eighteen([side; 3], 0.1);
-            let x = deformed(&block);
-            let mut f = vec![DVec3::ZERO; x.len()];
+            let (block, x, mut f) = lattice(side);
             for (name, material, settings) in cases {
                 let mut body = elastic(&block, material, &settings);
                 body.begin_viscous_step(1e-3);
@@ -131,7 +134,7 @@ fn laws(c: &mut Criterion) {
 fn setup(c: &mut Criterion) {
     let mut group = c.benchmark_group("set-up");
     group.sample_size(10);
-    let block = Block::eighteen([18; 3], 0.1);
+    let (block, x, mut f) = lattice(18);
     let material = Material::neo_hookean(1e4, 0.4);
     group.bench_function("new", |b| {
         b.iter(|| elastic(&block, material, &Settings::default()));
@@ -141,8 +144,6 @@ fn setup(c: &mut Criterion) {
     group.bench_function("update 100 rows", |b| {
         b.iter(|| body.update_rows(&touched, &stencils(&block)));
     });
-    let x = deformed(&block);
-    let mut f = vec![DVec3::ZERO; x.len()];
     body.forces_into(&x, &mut f);
     group.bench_function("update 100 rows and evaluate what follows", |b| {
         b.iter(|| {
@@ -160,21 +161,19 @@ fn beside(c: &mut Criterion) {
     let mut group = c.benchmark_group("beside");
     group.sample_size(10);
     for side in SIDES {
-        let block = Block::eighteen([side; 3], 0.1);
-        let n = block.positions.len();
+        let (block, mut x, mut f) = lattice(side);
+        let n = x.len();
         let material = Material::neo_hookean(1e4, 0.4);
         let mut body = elastic(&block, material, &Settings::default());
         let masses: Vec<f64> = block.volumes.iter().map(|v| 1e3 * v).collect();
         body.watch_stiffness(&masses);
         let middle = 0.05 * f64::from(u32::try_from(side).expect("small"));
         let is_held = |x: &DVec3| x.z < middle;
-        let mut x = deformed(&block);
         for (x, rest) in x.iter_mut().zip(&block.positions) {
             if is_held(rest) {
                 *x = *rest;
             }
         }
-        let mut f = vec![DVec3::ZERO; n];
         group.throughput(Throughput::Elements(n as u64));
         group.bench_function(BenchmarkId::new("forces, watched", n), |b| {
             one.install(|| b.iter(|| body.forces_into(&x, &mut f)));
@@ -201,11 +200,8 @@ fn passes(c: &mut Criterion) {
     let mut group = c.benchmark_group("passes");
     group.sample_size(10);
     for side in SIDES {
-        let block = Block::eighteen([side; 3], 0.1);
-        let n = block.positions.len();
-        let x = deformed(&block);
-        let mut f = vec![DVec3::ZERO; n];
-
+        let (block, x, mut f) = lattice(side);
+        let n = x.len();
         let settings = Settings::default();
         let mut body = elastic(&block, Material::neo_hookean(1e4, 0.4), &settings);
         group.throughput(pairs(&body));

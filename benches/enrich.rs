@@ -8,6 +8,7 @@
 )]
 
 use std::hint::black_box;
+use std::ops::Range;
 
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
@@ -49,6 +50,17 @@ impl Block {
             ..FactorSettings::default()
         };
         PairFactors::new(&self.graph(), &settings)
+    }
+
+    /// Factors that know of all of a cut.
+    fn cut(&self, mut factors: PairFactors, cuts: &Cuts) -> PairFactors {
+        self.update(&mut factors, cuts, 0..cuts.triangle_count());
+        factors
+    }
+
+    /// Takes triangles of cuts in.
+    fn update(&self, factors: &mut PairFactors, cuts: &Cuts, new: Range<usize>) {
+        black_box(factors.update(&self.graph(), cuts, new, &|p| self.inside(p)));
     }
 
     /// A strip in the middle that has come half way, in pieces of one spacing.
@@ -162,7 +174,7 @@ fn take(case: &Case, block: &Block, factors: &mut PairFactors) -> usize {
         let stroke = cuts.start(&blades[0]).unwrap();
         for blade in &blades[1..] {
             if let Ok(new) = cuts.append(stroke, blade) {
-                factors.update(&block.graph(), &cuts, new, &|p| block.inside(p));
+                block.update(factors, &cuts, new);
             }
         }
         cuts.end(stroke).unwrap();
@@ -198,10 +210,7 @@ fn update(c: &mut Criterion) {
             ("visibility", Rule::Visibility),
         ] {
             let (mut cuts, stroke) = block.half_cut();
-            let mut before = block.factors(rule);
-            before.update(&block.graph(), &cuts, 0..cuts.triangle_count(), &|p| {
-                block.inside(p)
-            });
+            let before = block.cut(block.factors(rule), &cuts);
             let new = cuts
                 .append(stroke, &block.blade((side / 2) as f64))
                 .unwrap();
@@ -209,12 +218,7 @@ fn update(c: &mut Criterion) {
             group.bench_function(BenchmarkId::new(name, block.x.len()), |b| {
                 b.iter_batched_ref(
                     || before.clone(),
-                    |factors| {
-                        black_box(
-                            factors
-                                .update(&block.graph(), &cuts, new.clone(), &|p| block.inside(p)),
-                        )
-                    },
+                    |factors| block.update(factors, &cuts, new.clone()),
                     BatchSize::LargeInput,
                 );
             });
@@ -232,13 +236,7 @@ fn whole_cut(c: &mut Criterion) {
         group.bench_function(BenchmarkId::new("diffraction", block.x.len()), |b| {
             b.iter_batched_ref(
                 || block.factors(Rule::Diffraction),
-                |f| {
-                    black_box(
-                        f.update(&block.graph(), &cuts, 0..cuts.triangle_count(), &|p| {
-                            block.inside(p)
-                        }),
-                    )
-                },
+                |factors| block.update(factors, &cuts, 0..cuts.triangle_count()),
                 BatchSize::LargeInput,
             );
         });
@@ -282,11 +280,7 @@ fn queries(c: &mut Criterion) {
                     .count()
             });
         });
-        let mut factors = block.factors(Rule::Diffraction);
-        factors.update(&block.graph(), &cuts, 0..cuts.triangle_count(), &|p| {
-            block.inside(p)
-        });
-        let factors = factors.to_vec();
+        let factors = block.cut(block.factors(Rule::Diffraction), &cuts).to_vec();
         group.throughput(Throughput::Elements(block.x.len() as u64));
         group.bench_function(BenchmarkId::new("connected_pieces", block.x.len()), |b| {
             b.iter(|| connected_pieces(&block.offsets, &block.indices, black_box(&factors)));

@@ -28,6 +28,18 @@ fn nearest(points: &[DVec3]) -> KNearest {
     k_nearest(points, &NearestSettings::default()).expect("finite points")
 }
 
+fn conservative(
+    block: &Block,
+    graph: &Neighborhoods,
+    weights: Vec<f64>,
+    settings: &ConservativeSettings,
+) -> GradientStencils {
+    let (x, volumes) = (black_box(&block.positions), &block.volumes);
+    let surface = &block.boundary_vectors;
+    GradientStencils::conservative(x, volumes, surface, graph, weights, settings)
+        .expect("finite data")
+}
+
 fn search(c: &mut Criterion) {
     let mut group = c.benchmark_group("mls/search");
     let one = testkit::pool(1);
@@ -91,18 +103,9 @@ fn stencils(c: &mut Criterion) {
         group.bench_function(BenchmarkId::new("plain, one thread", nodes), |b| {
             b.iter(|| one.install(plain));
         });
-        let conservative = || {
-            GradientStencils::conservative(
-                black_box(&block.positions),
-                &block.volumes,
-                &block.boundary_vectors,
-                &graph,
-                weights.clone(),
-                &ConservativeSettings::default(),
-            )
-        };
+        let settings = ConservativeSettings::default();
         group.bench_function(BenchmarkId::new("conservative, all threads", nodes), |b| {
-            b.iter(conservative);
+            b.iter(|| conservative(&block, &graph, weights.clone(), &settings));
         });
     }
 }
@@ -161,15 +164,7 @@ fn partial_update(c: &mut Criterion) {
             tolerance: 1e-3,
             ..Default::default()
         };
-        let mut stencils = GradientStencils::conservative(
-            &block.positions,
-            &block.volumes,
-            &block.boundary_vectors,
-            &graph,
-            weights,
-            &settings,
-        )
-        .expect("finite data");
+        let mut stencils = conservative(&block, &graph, weights, &settings);
         let factors = vec![0.5; graph.pair_count()];
         group.sample_size(20);
         // The same number of touched rows on every size: the time must not depend on the body's.
