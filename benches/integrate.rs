@@ -3,8 +3,7 @@
 #![allow(missing_docs, reason = "criterion emits undocumented functions")]
 #![allow(clippy::unwrap_used, reason = "a bench stops where a test would fail")]
 
-use benches::problems::model::ElasticBody;
-use benches::problems::solid::Solid;
+use benches::{ElasticBody, Solid};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
 use phyxel_integrate::{
@@ -28,8 +27,7 @@ struct Case {
 
 fn case(cells: u32) -> Case {
     let mut body = ElasticBody::block([cells; 3], DVec3::ZERO, DVec3::ONE, SOLID, 0.1).unwrap();
-    let held = body.nodes(|x| x.z < 1e-9);
-    let supports = BoundaryConditions::fixed(body.rest.len(), &held);
+    let supports = BoundaryConditions::fixed_where(&body.rest, |x| x.z < 1e-9);
     let critical = body
         .eigenvalue(&supports, &EigenvalueSettings::default())
         .unwrap()

@@ -21,21 +21,26 @@ pub struct Case {
     pub scene: Scene,
 }
 
-/// The cases that have one of the comma-separated parts of `filter` in their names; all without one.
+/// The items that have one of the comma-separated parts of `filter` in their names; all without one.
 ///
 /// # Errors
-/// [`StudyError::NoScene`] if none has.
-pub fn chosen(cases: Vec<Case>, filter: Option<&str>) -> Result<Vec<Case>, StudyError> {
+/// [`StudyError::NoScene`] if none has; it lists the names with `between` them.
+pub(crate) fn chosen<T: Clone>(
+    items: &[T],
+    filter: Option<&str>,
+    name: impl Fn(&T) -> &str,
+    between: &str,
+) -> Result<Vec<T>, StudyError> {
     let Some(filter) = filter else {
-        return Ok(cases);
+        return Ok(items.to_vec());
     };
-    let names: Vec<String> = cases.iter().map(|case| case.name.clone()).collect();
-    let wanted = |case: &Case| filter.split(',').any(|part| case.name.contains(part));
-    let chosen: Vec<Case> = cases.into_iter().filter(wanted).collect();
+    let wanted = |item: &&T| filter.split(',').any(|part| name(item).contains(part));
+    let chosen: Vec<T> = items.iter().filter(wanted).cloned().collect();
     if chosen.is_empty() {
+        let names: Vec<&str> = items.iter().map(&name).collect();
         return Err(StudyError::NoScene {
             filter: filter.to_owned(),
-            names: names.join("; "),
+            names: names.join(between),
         });
     }
     Ok(chosen)
@@ -106,32 +111,17 @@ pub struct Sheet {
 
 impl Sheet {
     /// Makes `folder` and the file `name` in it.
-    ///
-    /// # Errors
-    /// [`StudyError::Folder`] and [`StudyError::Write`].
     pub fn create(folder: &Path, name: &str) -> Result<Self, StudyError> {
-        fs::create_dir_all(folder).map_err(|source| StudyError::Folder {
-            path: folder.to_owned(),
-            source,
-        })?;
+        fs::create_dir_all(folder).map_err(StudyError::of_file(folder))?;
         let file = folder.join(name);
-        let writer = csv::Writer::from_path(&file).map_err(|source| StudyError::Write {
-            file: file.clone(),
-            source,
-        })?;
+        let writer = csv::Writer::from_path(&file).map_err(StudyError::of_file(&file))?;
         Ok(Self { file, writer })
     }
 
     /// Adds a row.
-    ///
-    /// # Errors
-    /// [`StudyError::Write`].
     pub fn add(&mut self, row: &impl serde::Serialize) -> Result<(), StudyError> {
         let written = self.writer.serialize(row);
         let written = written.and_then(|()| self.writer.flush().map_err(csv::Error::from));
-        written.map_err(|source| StudyError::Write {
-            file: self.file.clone(),
-            source,
-        })
+        written.map_err(StudyError::of_file(&self.file))
     }
 }

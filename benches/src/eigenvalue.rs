@@ -10,7 +10,6 @@ use testkit::cloud::Random;
 /// `M^-1/2 K M^-1/2` and the free directions: `products` products with the stiffness, no vector from
 /// before, no guess where the stiff node is. Without reorthogonalization round-off repeats eigenvalues
 /// and adds none, so the largest of the tridiagonal matrix stays a lower bound up to round-off.
-#[must_use]
 pub fn largest_eigenvalue(body: &Body, products: usize, seed: u64) -> f64 {
     let masses = body.motion.masses();
     let supports = body.motion.supports();

@@ -1,50 +1,27 @@
 //! Why a study did not end.
 
-use std::path::PathBuf;
+use std::error::Error;
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
 
 /// A study that did not end. A scene that does not end is a row, not an error.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StudyError {
-    /// A scene of a study is not valid.
-    #[error(transparent)]
-    Scene(#[from] phyxel_scene::SceneError),
-    /// A change of a study's scene does not fit.
-    #[error(transparent)]
-    Override(#[from] phyxel_scene::OverrideError),
-    /// A body of a study cannot be built or moved.
+    /// What a scene, a change of it, a world, a picture or a folder of output says of itself.
     #[error("{0}")]
-    World(Box<phyxel::WorldError>),
-    /// A body of a study cannot be drawn.
-    #[error(transparent)]
-    Picture(#[from] phyxel_cli::picture::PictureError),
+    Plain(Box<dyn Error + Send + Sync>),
     /// A snapshot does not read as it was written.
     #[error("a snapshot: {0}")]
     State(#[source] serde_json::Error),
     /// Findings cannot be put into JSON.
     #[error("cannot put what was found into JSON: {0}")]
     Json(#[source] serde_json::Error),
-    /// Rows cannot be written.
-    #[error("{}: {source}", file.display())]
-    Write {
-        /// The file.
-        file: PathBuf,
-        /// What the system said.
-        source: csv::Error,
-    },
-    /// A folder cannot be made or read.
-    #[error("{}: {source}", path.display())]
-    Folder {
-        /// The folder.
+    /// A file or folder cannot be made, read or written, or a mesh is no solid.
+    #[error("{}: {problem}", path.display())]
+    File {
+        /// Which.
         path: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
-    /// A mesh is not a solid.
-    #[error("{}: {problem}", file.display())]
-    Mesh {
-        /// The mesh file.
-        file: PathBuf,
         /// What is wrong with it.
         problem: String,
     },
@@ -68,9 +45,6 @@ pub enum StudyError {
         /// All names.
         names: String,
     },
-    /// A result cannot be written.
-    #[error(transparent)]
-    Output(#[from] phyxel_cli::output::OutputError),
     /// A plot cannot be drawn.
     #[error("plot '{plot}': {reason}")]
     Plot {
@@ -90,41 +64,53 @@ pub enum StudyError {
     },
     /// A body, surface or picture of a study is not as its crate needs it.
     #[error("a study's body: {0}")]
-    Body(Box<dyn std::error::Error + Send + Sync>),
+    Body(Box<dyn Error + Send + Sync>),
 }
 
-/// What crates say of studies' bodies.
-macro_rules! of_bodies {
-    ($($error:ty),* $(,)?) => {
-        $(impl From<$error> for StudyError {
+impl StudyError {
+    /// Names the file or folder that a problem is of.
+    pub(crate) fn of_file<E: Display>(path: &Path) -> impl Fn(E) -> Self {
+        let path = path.to_owned();
+        move |problem| Self::File {
+            path: path.clone(),
+            problem: problem.to_string(),
+        }
+    }
+}
+
+/// Errors that a variant holds as they are.
+macro_rules! held {
+    ($($variant:ident: $($error:ty),*;)*) => {
+        $($(impl From<$error> for StudyError {
             fn from(error: $error) -> Self {
-                Self::Body(Box::new(error))
+                Self::$variant(Box::new(error))
             }
-        })*
+        })*)*
     };
 }
 
-of_bodies![
-    phyxel_discretize::ReadError,
-    phyxel_discretize::SampleError,
-    phyxel_elastic::ElasticError,
-    phyxel_enrich::CutError,
-    phyxel_enrich::GridError,
-    phyxel_integrate::EigenvalueError,
-    phyxel_integrate::MotionError,
-    phyxel_integrate::StepError,
-    phyxel_integrate::SurfaceError,
-    phyxel_integrate::TrajectoryError,
-    phyxel_mls::CloudError,
-    phyxel_mls::GraphError,
-    phyxel_mls::ShapeError,
-    phyxel_mls::StencilError,
-    phyxel_splat::ImageError,
-    phyxel_splat::SurfelError,
-];
-
-impl From<phyxel::WorldError> for StudyError {
-    fn from(error: phyxel::WorldError) -> Self {
-        Self::World(Box::new(error))
-    }
+held! {
+    Plain:
+        phyxel::WorldError,
+        phyxel_cli::output::OutputError,
+        phyxel_cli::picture::PictureError,
+        phyxel_scene::OverrideError,
+        phyxel_scene::SceneError;
+    Body:
+        phyxel_discretize::ReadError,
+        phyxel_discretize::SampleError,
+        phyxel_elastic::ElasticError,
+        phyxel_enrich::CutError,
+        phyxel_enrich::GridError,
+        phyxel_integrate::EigenvalueError,
+        phyxel_integrate::MotionError,
+        phyxel_integrate::StepError,
+        phyxel_integrate::SurfaceError,
+        phyxel_integrate::TrajectoryError,
+        phyxel_mls::CloudError,
+        phyxel_mls::GraphError,
+        phyxel_mls::ShapeError,
+        phyxel_mls::StencilError,
+        phyxel_splat::ImageError,
+        phyxel_splat::SurfelError;
 }

@@ -13,9 +13,6 @@ pub const NODES: [u32; 3] = [600, 1_500, 3_000];
 
 /// Every embedded scene that cuts with `cut_rule: Grid()` at each of [`NODES`], and beside it by the default
 /// rule. Scenes that differ by nothing but their number of nodes are taken once.
-///
-/// # Errors
-/// [`StudyError::Scene`].
 pub fn cases() -> Result<Vec<Case>, StudyError> {
     let mut cases = Vec::new();
     let mut known: Vec<Scene> = Vec::new();
@@ -61,7 +58,6 @@ pub fn cases() -> Result<Vec<Case>, StudyError> {
 /// node that carries strain turned inside out and a step that lasts. What updates add and release, and how
 /// far single nodes go, is not judged: the grid weakens pairs ahead of the blade and lets cut pairs know each
 /// other again, and the rows say by how much.
-#[must_use]
 pub fn breaches(rows: &[Row]) -> Vec<String> {
     let bars = Bars {
         released: None,
@@ -70,14 +66,19 @@ pub fn breaches(rows: &[Row]) -> Vec<String> {
         followers: 1.0,
         ..Bars::ordinary()
     };
+    Row::all_breaches(rows, |_| bars)
+}
+
+/// How many pairs the grids decided, in words, a line a row that has them.
+pub(crate) fn decided(rows: &[Row]) -> Vec<String> {
     let of_row = |row: &Row| {
-        let found = row.breaches(&bars);
-        let named = found
-            .into_iter()
-            .map(|breach| format!("{}: {breach}", row.scene));
-        named.collect::<Vec<_>>()
+        let (lattices, without) = row.lattices.zip(row.without_lattice)?;
+        Some(format!(
+            "{}: {lattices} lattices, {} pairs severed, {without} pairs left to Diffraction",
+            row.scene, row.severed
+        ))
     };
-    rows.iter().flat_map(of_row).collect()
+    rows.iter().filter_map(of_row).collect()
 }
 
 pub(crate) mod checks {

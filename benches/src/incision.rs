@@ -2,6 +2,7 @@
 //! sever, and how far they open.
 
 use std::collections::BTreeSet;
+use std::fmt;
 
 use glam::DVec3;
 use phyxel::scene::{Capture, Scene, Target};
@@ -11,6 +12,7 @@ use serde::Serialize;
 use crate::batch::Case;
 use crate::error::StudyError;
 use crate::matrix::plain;
+use crate::report::median;
 use crate::row::Row;
 use crate::watch::{DIVISIONS, Options, run_with, within};
 
@@ -47,7 +49,6 @@ pub struct Sheet {
 
 impl Sheet {
     /// Area over the length of its vector: 1 if it is flat.
-    #[must_use]
     pub fn ratio(&self) -> f64 {
         self.area / self.vector
     }
@@ -78,21 +79,18 @@ pub struct Finding {
 
 impl Finding {
     /// Pairs that the incision severed times the square of the spacing (m²): the same whatever the nodes.
-    #[must_use]
     pub fn severed_area(&self) -> f64 {
         let pairs = u32::try_from(self.severed.len()).map_or(f64::INFINITY, f64::from);
         pairs * self.spacing * self.spacing
     }
 
     /// Largest opening (m) of the incision right before the resection.
-    #[must_use]
     pub fn opening(&self) -> f64 {
         self.openings.last().copied().unwrap_or(0.0)
     }
 
     /// How far its openings over time are off another's: the root mean square of the difference, over that of the
     /// other's.
-    #[must_use]
     pub fn opening_difference(&self, other: &Self) -> f64 {
         let square = |sum: f64, x: f64| sum + x * x;
         let both = self.openings.iter().zip(&other.openings);
@@ -101,7 +99,6 @@ impl Finding {
     }
 
     /// Fraction of the pairs severed here or there that are severed here and there, if the nodes are the same.
-    #[must_use]
     pub fn overlap(&self, other: &Self) -> Option<f64> {
         let count = |n: usize| u32::try_from(n).map_or(f64::INFINITY, f64::from);
         let both = count(self.severed.intersection(&other.severed).count());
@@ -110,10 +107,87 @@ impl Finding {
     }
 }
 
+/// A line of the table of incisions.
+#[derive(Debug, Serialize)]
+pub struct Line {
+    scene: String,
+    incision_ratio: f64,
+    resection_ratio: f64,
+    incision_backwards: f64,
+    resection_backwards: f64,
+    severed_pairs: usize,
+    severed_area: f64,
+    overlap: Option<f64>,
+    opening: f64,
+    opening_difference: Option<f64>,
+    missed: usize,
+    ties: usize,
+    pieces: usize,
+    second_piece: u32,
+    latency: f64,
+    #[serde(skip)]
+    sizes: Vec<u32>,
+    #[serde(skip)]
+    wall: f64,
+    /// What exceeds a limit, in words.
+    #[serde(skip)]
+    pub breaches: Vec<String>,
+}
+
+impl Line {
+    /// What was found of a scene, beside what was found of the first one.
+    pub fn new(finding: &Finding, first: Option<&Finding>) -> Self {
+        let [incision, resection] = finding.sheets;
+        Self {
+            scene: finding.row.scene.clone(),
+            incision_ratio: incision.ratio(),
+            resection_ratio: resection.ratio(),
+            incision_backwards: incision.backwards,
+            resection_backwards: resection.backwards,
+            severed_pairs: finding.severed.len(),
+            severed_area: finding.severed_area(),
+            overlap: first.and_then(|first| finding.overlap(first)),
+            opening: finding.opening(),
+            opening_difference: first.map(|first| finding.opening_difference(first)),
+            missed: finding.missed,
+            ties: finding.ties,
+            pieces: finding.pieces.len(),
+            second_piece: finding.pieces.get(1).copied().unwrap_or(0),
+            latency: finding.latency,
+            sizes: finding.pieces.clone(),
+            wall: finding.row.wall,
+            breaches: breaches(finding),
+        }
+    }
+}
+
+impl fmt::Display for Line {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{:<34} area over vector area: incision {:.4}, resection {:.4}, backwards {:.3} and {:.3} cm2; incision: \
+             {} pairs severed ({:.2} cm2), overlap {:.3}, opens {:.2} mm, over time {:.3} off the first; {} missed, {} ties, pieces {:?}, \
+             blade to step {:.2} ms, {:.0} s",
+            self.scene,
+            self.incision_ratio,
+            self.resection_ratio,
+            1e4 * self.incision_backwards,
+            1e4 * self.resection_backwards,
+            self.severed_pairs,
+            1e4 * self.severed_area,
+            self.overlap.unwrap_or(f64::NAN),
+            1e3 * self.opening,
+            self.opening_difference.unwrap_or(f64::NAN),
+            self.missed,
+            self.ties,
+            self.sizes,
+            1e3 * self.latency,
+            self.wall
+        )
+    }
+}
+
 /// The liver under every sampling, capture and step factor.
-///
-/// # Errors
-/// [`StudyError::Scene`].
 pub fn cases() -> Result<Vec<Case>, StudyError> {
     let mut cases = Vec::new();
     for nodes in NODES {
@@ -146,7 +220,6 @@ fn case(nodes: u32, way: f64, factor: f64) -> Result<Case, StudyError> {
 }
 
 /// Runs one of [`cases`].
-#[must_use]
 pub fn measure(name: &str, scene: Scene) -> Finding {
     let starts: Vec<f64> = scene.cuts.iter().map(phyxel::scene::Cut::start).collect();
     let mut parts: [Vec<DVec3>; 2] = Default::default();
@@ -219,9 +292,7 @@ fn finish(world: &World, member: &Member, found: &mut Finding) {
             found.ties += usize::from(j > i && links && stretch > TIE);
         }
     }
-    let mut latencies = world.latencies().to_vec();
-    latencies.sort_by(f64::total_cmp);
-    if let Some(median) = latencies.get(latencies.len() / 2) {
+    if let Some(median) = median(world.latencies()) {
         found.latency = 1e-3 * median;
     }
 }
@@ -249,8 +320,7 @@ fn severed(member: &Member) -> (BTreeSet<[u32; 2]>, f64) {
 }
 
 /// What exceeds a limit, in words.
-#[must_use]
-pub fn breaches(finding: &Finding) -> Vec<String> {
+fn breaches(finding: &Finding) -> Vec<String> {
     let (mut found, row) = (Vec::new(), &finding.row);
     if !row.ended {
         found.push(format!("{}: does not end: {}", row.scene, row.error));

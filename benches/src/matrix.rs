@@ -5,6 +5,7 @@ use phyxel::scene::{Body, Capture, Cut, Integration, Key, MaterialSettings, Scen
 
 use crate::batch::Case;
 use crate::error::StudyError;
+use crate::report::median;
 use crate::row::{Bars, Row};
 
 /// Node counts of the block; 2,192 are the scene's own, 10 mm apart.
@@ -59,9 +60,6 @@ pub enum LiverCuts {
 
 /// The embedded scene `name` with nothing of its own against the defaults: hourglass stabilization, damping, how often
 /// blades are captured and the steps' share of the stable limit are those of a scene in which nothing is said of them.
-///
-/// # Errors
-/// [`StudyError::Scene`].
 pub fn plain(name: &str) -> Result<Scene, StudyError> {
     let mut scene = phyxel_scene::embedded(name, &[])?;
     for body in &mut scene.bodies {
@@ -80,9 +78,6 @@ pub fn plain(name: &str) -> Result<Scene, StudyError> {
 }
 
 /// The block of about `nodes` nodes.
-///
-/// # Errors
-/// [`StudyError::Scene`].
 pub fn block(nodes: u32, cuts: BlockCuts) -> Result<Scene, StudyError> {
     let mut scene = plain("block")?;
     if nodes != BLOCK_SHIPPED {
@@ -97,9 +92,6 @@ pub fn block(nodes: u32, cuts: BlockCuts) -> Result<Scene, StudyError> {
 }
 
 /// The liver of about `nodes` nodes.
-///
-/// # Errors
-/// [`StudyError::Scene`].
 pub fn liver(nodes: u32, cuts: LiverCuts) -> Result<Scene, StudyError> {
     let mut scene = plain("liver")?;
     scene.bodies[0].sampling.target = Target::Nodes(nodes);
@@ -129,32 +121,29 @@ fn of_material(mut scene: Scene, modulus: f64, ratio: f64) -> Scene {
 }
 
 /// Every scene of the matrix.
-///
-/// # Errors
-/// [`StudyError::Scene`].
 pub fn cases() -> Result<Vec<Case>, StudyError> {
     let mut cases = Vec::new();
     let mut add = |name: String, scene: Scene| cases.push(Case { name, scene });
+    let (of_block, of_liver) = (
+        [
+            ("shipped", BlockCuts::Shipped),
+            ("through", BlockCuts::Through),
+        ],
+        [
+            ("two", LiverCuts::Two),
+            ("front", LiverCuts::Front),
+            ("uncut", LiverCuts::Uncut),
+        ],
+    );
     for nodes in BLOCK_NODES {
-        add(
-            format!("block {nodes} shipped"),
-            block(nodes, BlockCuts::Shipped)?,
-        );
-        add(
-            format!("block {nodes} through"),
-            block(nodes, BlockCuts::Through)?,
-        );
+        for (name, cuts) in of_block {
+            add(format!("block {nodes} {name}"), block(nodes, cuts)?);
+        }
     }
     for nodes in LIVER_NODES {
-        add(format!("liver {nodes} two"), liver(nodes, LiverCuts::Two)?);
-        add(
-            format!("liver {nodes} front"),
-            liver(nodes, LiverCuts::Front)?,
-        );
-        add(
-            format!("liver {nodes} uncut"),
-            liver(nodes, LiverCuts::Uncut)?,
-        );
+        for (name, cuts) in of_liver {
+            add(format!("liver {nodes} {name}"), liver(nodes, cuts)?);
+        }
     }
     for modulus in MODULI {
         for ratio in RATIOS {
@@ -180,7 +169,6 @@ pub fn cases() -> Result<Vec<Case>, StudyError> {
 ///
 /// The step may shrink further, and nodes follow that carry no strain, where the stiffness is not the
 /// scene's own; following deficient nodes are bounded in the embedded scenes.
-#[must_use]
 pub fn bars(name: &str) -> Bars {
     let ordinary = Bars::ordinary();
     if name.contains(" E ") {
@@ -209,7 +197,6 @@ fn alike<'a>(rows: &'a [Row], cuts: &str) -> Vec<&'a Row> {
 /// carried over took, and that with what damping took of the motion since the first of them.
 ///
 /// The first is a fraction of the second that depends on how fast the decay is, which follows the stiffest period.
-#[must_use]
 pub fn set_free(rows: &[Row]) -> Vec<String> {
     let mut found = Vec::new();
     for cuts in ["shipped", "through"] {
@@ -217,7 +204,7 @@ pub fn set_free(rows: &[Row]) -> Vec<String> {
         for (what, damping) in [("released", 0.0), ("released and damped", 1.0)] {
             let per_area = |row: &&Row| (row.released + damping * row.damped) / row.area;
             let per_area: Vec<f64> = rows.iter().map(per_area).collect();
-            if let Some(median) = median_of(&per_area) {
+            if let Some(median) = median(&per_area) {
                 let words = per_area
                     .iter()
                     .map(|value| format!("{value:.1} ({:+.0} %)", 1e2 * (value / median - 1.0)));
@@ -232,38 +219,14 @@ pub fn set_free(rows: &[Row]) -> Vec<String> {
     found
 }
 
-/// The upper median; `None` of nothing.
-fn median_of(values: &[f64]) -> Option<f64> {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied()
-}
-
 /// What exceeds a limit, row by row and over the node counts of the block, in words.
-#[must_use]
 pub fn breaches(rows: &[Row]) -> Vec<String> {
-    let mut found = breaches_of_rows(rows);
+    let mut found = Row::all_breaches(rows, |row| bars(&row.scene));
     found.extend(spreads(rows, "releases", |row| row.released));
-    found.extend(spreads_of_set_free(rows));
-    found
-}
-
-/// What exceeds a limit row by row, in words.
-fn breaches_of_rows(rows: &[Row]) -> Vec<String> {
-    let of = |row: &Row| {
-        let breaches = row.breaches(&bars(&row.scene)).into_iter();
-        let named = breaches.map(|breach| format!("{}: {breach}", row.scene));
-        named.collect::<Vec<_>>()
-    };
-    rows.iter().flat_map(of).collect()
-}
-
-/// Blocks whose cuts release, with or without what is or damped, another energy per area than those of other node counts, in words.
-///
-/// What updates and decay release is a fraction of it, and [`breaches`] has the same limit on that.
-fn spreads_of_set_free(rows: &[Row]) -> Vec<String> {
+    // With what is or was damped: what updates and decay release is a fraction of it.
     let per_area = |row: &Row| (row.released + row.damped) / row.area;
-    spreads(rows, "released per area", per_area)
+    found.extend(spreads(rows, "released per area", per_area));
+    found
 }
 
 /// Blocks farther than [`RELEASED_SPREAD`] from the median of those that are cut alike.
@@ -272,7 +235,7 @@ fn spreads(rows: &[Row], what: &str, energy: impl Fn(&Row) -> f64) -> Vec<String
     for cuts in ["shipped", "through"] {
         let rows = alike(rows, cuts);
         let energies: Vec<f64> = rows.iter().map(|row| energy(row)).collect();
-        let Some(median) = median_of(&energies) else {
+        let Some(median) = median(&energies) else {
             continue;
         };
         for (row, energy) in rows.iter().zip(energies) {

@@ -26,7 +26,6 @@ pub const BARS: Bars = Bars {
 };
 
 /// The folder that the environment variable `PHYXEL_MESHES` names.
-#[must_use]
 pub fn folder() -> Option<PathBuf> {
     std::env::var_os("PHYXEL_MESHES").map(PathBuf::from)
 }
@@ -34,9 +33,6 @@ pub fn folder() -> Option<PathBuf> {
 /// Every mesh of `folder` in its default scene, with the default number of nodes and with 600; three of
 /// them also ten times smaller and larger. Nothing of a scene's own against the defaults: control of
 /// hourglass stabilization and damping are those of a body of which nothing is said.
-///
-/// # Errors
-/// [`StudyError::Folder`], [`StudyError::Mesh`] and [`StudyError::Scene`].
 pub fn cases(folder: &Path) -> Result<Vec<Case>, StudyError> {
     let mut cases = Vec::new();
     for file in meshes(folder)? {
@@ -66,13 +62,10 @@ pub fn cases(folder: &Path) -> Result<Vec<Case>, StudyError> {
 }
 
 pub(crate) fn meshes(folder: &Path) -> Result<Vec<PathBuf>, StudyError> {
-    let error = |source| StudyError::Folder {
-        path: folder.to_owned(),
-        source,
-    };
+    let error = StudyError::of_file(folder);
     let mut files = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(error)? {
-        let path = entry.map_err(error)?.path();
+    for entry in std::fs::read_dir(folder).map_err(&error)? {
+        let path = entry.map_err(&error)?.path();
         let extension = path
             .extension()
             .map(|extension| extension.to_string_lossy());
@@ -88,24 +81,17 @@ pub(crate) fn meshes(folder: &Path) -> Result<Vec<PathBuf>, StudyError> {
 pub(crate) fn tissue(file: &Path) -> Result<(Shape, Bounds), StudyError> {
     let shape = default_scene(file)?.bodies.remove(0).shape;
     let solid = shape.solid(&Placement::IDENTITY);
-    let (solid, _) = solid.map_err(|error| StudyError::Mesh {
-        file: file.to_owned(),
-        problem: error.to_string(),
-    })?;
+    let (solid, _) = solid.map_err(StudyError::of_file(file))?;
     Ok((shape, solid.bounds()))
 }
 
 fn default_scene(file: &Path) -> Result<Scene, StudyError> {
-    let mesh = |problem: String| StudyError::Mesh {
-        file: file.to_owned(),
-        problem,
-    };
-    let read = read_mesh(file).map_err(|error| mesh(error.to_string()))?;
+    let read = read_mesh(file).map_err(StudyError::of_file(file))?;
     let settings = RepairSettings {
         find_self_intersections: false,
         ..RepairSettings::default()
     };
-    let (repaired, _) = repair(&read.mesh, &settings).map_err(|error| mesh(error.to_string()))?;
+    let (repaired, _) = repair(&read.mesh, &settings).map_err(StudyError::of_file(file))?;
     let (mut scene, _) = phyxel_scene::for_mesh(file, &Solid::from_mesh(repaired), &[])?;
     for body in &mut scene.bodies {
         let usual = Body::new(body.shape.clone());

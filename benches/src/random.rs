@@ -1,6 +1,7 @@
 //! Scenes from a seeded generator: what nobody tuned for.
 
 use std::f64::consts::TAU;
+use std::fmt;
 
 use glam::DVec3;
 use phyxel::scene::{Body, Cut, Gravity, Key, Region, Scene, Shape, Support, Target};
@@ -185,8 +186,24 @@ pub struct Class {
     pub worst_shrink: f64,
 }
 
+impl fmt::Display for Class {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "rho g L / E below {:<4} {:>3} scenes, {:>3} end, {:>3} of them calm; worst added by a stroke \
+             {:.1e}, energy-balance error {:.1e}, shrink {:.1}",
+            self.below,
+            self.scenes,
+            self.ended,
+            self.calm,
+            self.worst_added,
+            self.worst_imbalance,
+            self.worst_shrink
+        )
+    }
+}
+
 /// Rows by class of load.
-#[must_use]
 pub fn summary(rows: &[Row]) -> Vec<Class> {
     let mut from = 0.0;
     let classes = CLASSES.iter().map(|&below| {
@@ -217,26 +234,19 @@ fn is_calm(row: &Row) -> bool {
 }
 
 /// What exceeds a limit, in words.
-#[must_use]
 pub fn breaches(rows: &[Row]) -> Vec<String> {
     let mut found = Vec::new();
     for row in rows {
-        if !row.ended {
-            found.push(format!(
-                "{}: load {:.3}: {}",
-                row.scene, row.load, row.error
-            ));
+        let what = if !row.ended {
+            row.error.clone()
         } else if !is_calm(row) {
-            found.push(format!(
-                "{}: load {:.3}: a stroke adds {:.3} of what is stored",
-                row.scene, row.load, row.added_by_stroke
-            ));
+            format!("a stroke adds {:.3} of what is stored", row.added_by_stroke)
         } else if row.imbalance > UNEXPLAINED {
-            found.push(format!(
-                "{}: load {:.3}: {:.3} of its energy is unexplained",
-                row.scene, row.load, row.imbalance
-            ));
-        }
+            format!("{:.3} of its energy is unexplained", row.imbalance)
+        } else {
+            continue;
+        };
+        found.push(format!("{}: load {:.3}: {what}", row.scene, row.load));
     }
     for (class, least) in summary(rows).iter().zip(ENDING) {
         if (class.ended as f64) < least * class.scenes as f64 {

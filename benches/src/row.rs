@@ -128,7 +128,6 @@ pub struct Bars {
 
 impl Bars {
     /// What every scene of ordinary stiffness must hold.
-    #[must_use]
     pub const fn ordinary() -> Self {
         Self {
             released: Some(0.0),
@@ -144,7 +143,6 @@ impl Bars {
 
 impl Row {
     /// The limits that the row misses, in words; empty if it holds them all.
-    #[must_use]
     pub fn breaches(&self, bars: &Bars) -> Vec<String> {
         let mut found = Vec::new();
         if !self.ended {
@@ -189,8 +187,17 @@ impl Row {
         found
     }
 
+    /// The limits that rows miss, each row those of its `bars`, in words that name its scene.
+    pub fn all_breaches(rows: &[Self], bars: impl Fn(&Self) -> Bars) -> Vec<String> {
+        let of = |row: &Self| {
+            let breaches = row.breaches(&bars(row)).into_iter();
+            let named = breaches.map(|breach| format!("{}: {breach}", row.scene));
+            named.collect::<Vec<_>>()
+        };
+        rows.iter().flat_map(of).collect()
+    }
+
     /// Names of the columns of [`Row`]'s text.
-    #[must_use]
     pub fn header() -> String {
         format!(
             "{:<34} {:>5} {:>6} {:>9} {:>8} {:>8} {:>7} {:>7} {:>6} {:>6} {:>9} {:>8} {:>6} {:>6} {:>6} {:>5}",

@@ -1,5 +1,7 @@
 //! A free block that spins while it is cut: what nothing from outside acts on keeps its momenta.
 
+use std::fmt;
+
 use glam::DVec3;
 use phyxel::scene::{Body, Cut, Key, Scene, Shape, Target};
 use phyxel::{World, WorldState};
@@ -32,6 +34,17 @@ pub struct Finding {
     pub linear: f64,
     /// Undirected pairs severed.
     pub severed: usize,
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "damping {} /s, ratio {}: {} pairs severed; angular momentum changes by {:.1e}, \
+             linear by {:.1e}",
+            self.damping, self.damping_ratio, self.severed, self.angular, self.linear
+        )
+    }
 }
 
 /// The scene; without gravity and supports, with two cuts that meet the turning block.
@@ -127,7 +140,6 @@ fn momentum(world: &World) -> DVec3 {
 }
 
 /// What exceeds a limit, in words.
-#[must_use]
 pub fn breaches(finding: &Finding) -> Vec<String> {
     let mut found = Vec::new();
     let of = format!(

@@ -35,13 +35,11 @@ pub struct Options {
 }
 
 /// Runs a scene to its end, or to its failure, without pictures and files.
-#[must_use]
 pub fn run(name: &str, scene: Scene, options: Options) -> Row {
     run_with(name, scene, options, |_| {})
 }
 
 /// As [`run`]; `seen` looks at the world after every step.
-#[must_use]
 pub fn run_with(
     name: &str,
     mut scene: Scene,

@@ -2,23 +2,23 @@
 //!
 //! A scene has no tractions: its blades cut a box at rest, and the model that they leave is loaded at small strain.
 
-mod references;
 mod specimen;
 pub(crate) mod williams;
 
 use std::f64::consts::PI;
+use std::fmt;
 
 use glam::{DMat3, DVec2, DVec3};
 use phyxel::scene::{Cut, Key};
 use serde::Serialize;
 
-use self::references::{
-    arc_intensities, centre_intensity, centre_mouth, crack_work, edge_intensity, edge_mouth,
-    penny_works, plane_modulus, shear_modulus, tearing_intensity,
-};
 use self::specimen::{Grain, Plate, STROKE, Specimen};
 use crate::error::StudyError;
-use crate::problems::cracks::{POISSON, YOUNG};
+use crate::problems::cracks::references::{
+    arc_intensities, centre_intensity, centre_mouth, crack_work, edge_intensity, edge_mouth,
+    penny_works, tearing_intensity,
+};
+use crate::problems::cracks::{POISSON, YOUNG, plane_modulus, shear_modulus};
 
 /// Plane strain.
 const IN_PLANE: DVec3 = DVec3::new(1.0, 1.0, 0.0);
@@ -51,24 +51,37 @@ pub struct Finding {
 
 impl Finding {
     /// Whether the acceptance limit is missed.
-    #[must_use]
-    pub fn misses(&self) -> bool {
+    fn misses(&self) -> bool {
         let off = (self.ratio - 1.0).abs();
         off.is_nan() || off > self.bar
     }
 }
 
-/// What exceeds a limit, in words.
-#[must_use]
-pub fn breaches(findings: &[Finding]) -> Vec<String> {
-    let missed = findings.iter().filter(|finding| finding.misses());
-    let word = |f: &Finding| {
-        format!(
-            "{}: {} {:.3} of the closed form",
-            f.case, f.quantity, f.ratio
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{:<44} {:6} nodes  {:<22} {:.3}  bar {:.2}{}",
+            self.case,
+            self.nodes,
+            self.quantity,
+            self.ratio,
+            self.bar,
+            if self.misses() { "  MISSED" } else { "" }
         )
-    };
-    missed.map(word).collect()
+    }
+}
+
+/// What exceeds a limit, in words.
+pub fn breaches(finding: &Finding) -> Vec<String> {
+    let Finding {
+        case,
+        quantity,
+        ratio,
+        ..
+    } = finding;
+    let words = || format!("{case}: {quantity} {ratio:.3} of the closed form");
+    finding.misses().then(words).into_iter().collect()
 }
 
 /// What is done about what slides along a cut's front.

@@ -161,9 +161,6 @@ impl Specimen {
     }
 
     /// Displacements (m) under nodal forces (N), with the axes that `mask` frees.
-    ///
-    /// # Errors
-    /// [`StudyError::NotSolved`].
     pub(super) fn solve(
         &self,
         forces: &[DVec3],

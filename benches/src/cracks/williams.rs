@@ -131,8 +131,8 @@ fn solved(mut system: Vec<Vec<f64>>) -> Vec<f64> {
 }
 
 pub(crate) mod checks {
-    use super::super::references::arc_intensities;
     use super::*;
+    use crate::problems::cracks::references::arc_intensities;
 
     const KAPPA: f64 = 3.0 - 4.0 * POISSON;
     const DOUBLE_SHEAR: f64 = YOUNG / (1.0 + POISSON);

@@ -8,14 +8,14 @@ use std::path::Path;
 use std::time::Instant;
 
 use crate::StudyError;
+use crate::problems::block::Block;
 use crate::problems::cantilever as beam;
-use crate::problems::model::Law;
-use crate::report::{Plot, Series, log};
+use crate::problems::model::{Law, dissertation};
+use crate::report::{Series, add_point, plots};
 use glam::DVec3;
 use phyxel_elastic::{Dilatation, Material, Settings};
 use phyxel_integrate::ForceLaw;
-use phyxel_mls::{NearestSettings, Neighborhoods, k_nearest, within_radius};
-use testkit::block::Block;
+use phyxel_mls::{NearestSettings, k_nearest, within_radius};
 use testkit::cloud::Random;
 
 const NU: f64 = 0.3;
@@ -40,13 +40,13 @@ fn measure(block: &Block, masses: &[f64], law: &mut dyn ForceLaw) -> Outcome {
     // Largest eigenvalue of the fixed beam by power iteration at rest, 5 % added.
     let mut random = Random::new(1);
     let mut f = vec![DVec3::ZERO; n];
-    law.forces_into(&block.positions, &mut f);
+    law.forces_into(&block.rest, &mut f);
     let mut v: Vec<DVec3> = (0..n).map(|_| random.vector(1.0)).collect();
     let mut kv = v.clone();
     let mut eigenvalue = 0.0;
     for _ in 0..80 {
         let size = v.iter().map(|v| v.length_squared()).sum::<f64>().sqrt();
-        for (v, x) in v.iter_mut().zip(&block.positions) {
+        for (v, x) in v.iter_mut().zip(&block.rest) {
             *v = if x.x > 1e-9 { *v / size } else { DVec3::ZERO };
         }
         law.tangent_product_into(&v, &mut kv);
@@ -57,7 +57,7 @@ fn measure(block: &Block, masses: &[f64], law: &mut dyn ForceLaw) -> Outcome {
     }
     let critical = 2.0 / (1.05 * eigenvalue).sqrt();
     let bent: Vec<DVec3> = block
-        .positions
+        .rest
         .iter()
         .map(|x| *x * 1.01 + random.vector(1e-3))
         .collect();
@@ -74,24 +74,16 @@ fn measure(block: &Block, masses: &[f64], law: &mut dyn ForceLaw) -> Outcome {
     }
 }
 
-/// Neighbour rules on a block.
-fn rules(block: &Block) -> Vec<(&'static str, Neighborhoods)> {
+/// A block under each neighbour rule.
+fn rules(block: &Block) -> Result<Vec<(&'static str, Block)>, StudyError> {
     let nearest = NearestSettings::default();
-    let near = k_nearest(&block.positions, &nearest).expect("a cloud");
-    let near = near.neighborhoods.symmetrized().expect("few pairs");
-    let radius = within_radius(&block.positions, 1.6 * 0.05).expect("a cloud");
-    vec![
-        ("edges", beam::edges(block)),
-        ("16 nearest", near),
-        ("radius 1.6", radius),
-    ]
-}
-
-/// What one line of the plots shows.
-struct Group {
-    name: String,
-    /// Milliseconds a period, error (%).
-    solutions: Vec<(f64, f64)>,
+    let near = k_nearest(&block.rest, &nearest)?.neighborhoods;
+    let radius = within_radius(&block.rest, 1.6 * 0.05)?;
+    Ok(vec![
+        ("edges", block.clone()),
+        ("16 nearest", block.on_graph(near.symmetrized()?)?),
+        ("radius 1.6", block.on_graph(radius)?),
+    ])
 }
 
 pub(super) fn draw(folder: &Path) -> Result<(), StudyError> {
@@ -100,22 +92,15 @@ pub(super) fn draw(folder: &Path) -> Result<(), StudyError> {
 }
 
 fn study(folder: &Path) -> Result<(), StudyError> {
-    let mut groups: Vec<Group> = Vec::new();
+    let mut groups = Vec::new();
     let mut note = |group: String, outcome: &Outcome| {
-        let point = (outcome.solution, outcome.error.abs());
-        match groups.iter_mut().find(|entry| entry.name == group) {
-            Some(entry) => entry.solutions.push(point),
-            None => groups.push(Group {
-                name: group,
-                solutions: vec![point],
-            }),
-        }
+        add_point(&mut groups, &group, (outcome.solution, outcome.error.abs()));
     };
     let mut default_error = f64::INFINITY;
     let mut paper_error = 0.0;
     for jitter in [0.0, 0.25] {
         let block = beam::beam([20, 4, 4], jitter);
-        for (rule, graph) in &rules(&block) {
+        for (rule, block) in &rules(&block)? {
             for (name, material) in [
                 ("neo-Hookean", Material::neo_hookean(1.0, NU)),
                 (
@@ -136,8 +121,8 @@ fn study(folder: &Path) -> Result<(), StudyError> {
                         stabilization,
                         dilatation,
                     };
-                    let mut body = beam::on_graph(&block, graph, material, &settings);
-                    let outcome = measure(&block, &block.volumes, &mut Law(&mut body));
+                    let mut body = beam::body(block, material, &settings);
+                    let outcome = measure(block, &block.volumes, &mut Law(&mut body));
                     if *rule == "edges" && label == "control" {
                         default_error = default_error.min(outcome.error.abs());
                     }
@@ -146,13 +131,13 @@ fn study(folder: &Path) -> Result<(), StudyError> {
             }
         }
         let svk = Material::saint_venant_kirchhoff(1.0, NU);
-        let mut paper = beam::dissertation(&block, svk);
+        let (mut paper, _) = dissertation(&block.rest, svk, 1.0)?;
         let masses = paper.volumes().to_vec();
         let outcome = measure(&block, &masses, &mut Law(&mut paper));
         paper_error = f64::max(paper_error, outcome.error.abs());
         note("dissertation".into(), &outcome);
         let mut tetrahedra = beam::Tetrahedra::new(
-            &block.positions,
+            &block.rest,
             &block.tetrahedra,
             Material::neo_hookean(1.0, NU),
         );
@@ -163,15 +148,10 @@ fn study(folder: &Path) -> Result<(), StudyError> {
         default_error < 3.0 && paper_error > 50.0,
         "default {default_error} %, dissertation {paper_error} %"
     );
-    let lines = groups
-        .into_iter()
-        .map(|group| Series::dots(group.name, group.solutions));
-    Plot::new(
-        "elastic_error_solution",
-        "Tip of a cantilever, 525 nodes, nu 0.3, one thread",
-        log("one period of bending, explicit (ms)"),
-        log("|error| of the tip (%)"),
-        lines.collect(),
-    )
-    .write(folder)
+    let lines = groups.into_iter().map(|line| Series { dots: true, ..line });
+    let plots = plots![
+        "elastic_error_solution" "Tip of a cantilever, 525 nodes, nu 0.3, one thread",
+            log "one period of bending, explicit (ms)", log "|error| of the tip (%)" => lines.collect();
+    ];
+    plots[0].write(folder)
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::StudyError;
-use crate::report::{Plot, Series, log};
+use crate::report::{Series, plots};
 use glam::DVec3;
 use phyxel_mls::{Approximation, Basis, Dimension, Kernel, Order, ShapeScratch};
 use testkit::cloud::{Random, lattice};
@@ -91,12 +91,8 @@ pub(super) fn draw(folder: &Path) -> Result<(), StudyError> {
         lines.push(Series::line(format!("value, {name}"), values));
         lines.push(Series::line(format!("gradient, {name}"), slopes));
     }
-    Plot::new(
-        "convergence",
-        "Error against spacing",
-        log("h"),
-        log("rms error"),
-        lines,
-    )
-    .write(folder)
+    let plots = plots![
+        "convergence" "Error against spacing", log "h", log "rms error" => lines;
+    ];
+    plots[0].write(folder)
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::StudyError;
 use crate::problems::indentation::{SMALL, cube, graded};
 use crate::problems::reference::Reference;
-use crate::report::{Plot, Series, linear};
+use crate::report::{Series, plots};
 
 /// Force over indentation of the 2 m cube, small strain, beside Hertz and finite elements.
 pub(super) fn draw(folder: &Path) -> Result<(), StudyError> {
@@ -35,13 +35,9 @@ pub(super) fn draw(folder: &Path) -> Result<(), StudyError> {
         }
         curves.push(Series::line(name, points));
     }
-    let title = "Sphere of 1 m in a 2 m cube, sides and bottom fixed";
-    Plot::new(
-        "force_indentation",
-        title,
-        linear("indentation (m)"),
-        linear("force over Young's modulus (m²)"),
-        curves,
-    )
-    .write(folder)
+    let plots = plots![
+        "force_indentation" "Sphere of 1 m in a 2 m cube, sides and bottom fixed",
+            linear "indentation (m)", linear "force over Young's modulus (m²)" => curves;
+    ];
+    plots[0].write(folder)
 }

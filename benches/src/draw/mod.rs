@@ -23,14 +23,8 @@ pub enum Drawing {
 
 impl Drawing {
     /// Draws into `folder`, which is made if it is not there.
-    ///
-    /// # Errors
-    /// [`StudyError`].
     pub fn draw(self, folder: &Path) -> Result<(), StudyError> {
-        std::fs::create_dir_all(folder).map_err(|source| StudyError::Folder {
-            path: folder.to_owned(),
-            source,
-        })?;
+        std::fs::create_dir_all(folder).map_err(StudyError::of_file(folder))?;
         match self {
             Self::Convergence => convergence::draw(folder),
             Self::BeamTime => beam_time::draw(folder),

@@ -29,6 +29,18 @@ pub fn lattice(cells: [u32; 3], map: impl Fn(DVec3) -> DVec3) -> (Vec<DVec3>, Ve
     (nodes, tetrahedra)
 }
 
+/// The same with the nodes on `lines` (m), ascending, along each axis.
+pub fn lattice_on(lines: [&[f64]; 3]) -> (Vec<DVec3>, Vec<[u32; 4]>) {
+    let cells = lines.map(|line| u32::try_from(line.len().saturating_sub(1)).unwrap_or(u32::MAX));
+    lattice(cells, |s| {
+        let line = |axis: usize| {
+            let place = s[axis] * f64::from(cells[axis]);
+            lines[axis].get(place.round() as usize).map_or(0.0, |x| *x)
+        };
+        DVec3::new(line(0), line(1), line(2))
+    })
+}
+
 /// Nodes of tetrahedra with volumes, boundary vectors and conservative stencils.
 #[derive(Debug, Clone)]
 pub struct Block {
@@ -71,10 +83,43 @@ impl Block {
         })
     }
 
-    /// The same body with its nodes along a space-filling curve, as a simulation has them.
+    /// A block of the test kit.
+    ///
+    /// # Panics
+    /// If it is not valid.
+    pub fn of(block: testkit::block::Block) -> Self {
+        let (rest, volumes, boundary) = (block.positions, block.volumes, block.boundary_vectors);
+        let graph = Neighborhoods::from_graph(block.offsets, block.indices).expect("a graph");
+        Self {
+            stencils: conservative(&rest, &volumes, &boundary, &graph).expect("a valid block"),
+            rest,
+            tetrahedra: block.tetrahedra,
+            triangles: block.triangles,
+            volumes,
+            boundary,
+            graph,
+        }
+    }
+
+    /// The box `[0, size]` (m) of `cells` of the test kit, nodes moved by up to `jitter` of a cell.
+    pub fn jittered(cells: [usize; 3], size: DVec3, jitter: f64, seed: u64) -> Self {
+        Self::of(testkit::block::Block::new(cells, size, jitter, seed))
+    }
+
+    /// The same nodes coupled by another graph, which must be symmetric.
     ///
     /// # Errors
-    /// As [`Block::new`].
+    /// [`StudyError`] if there are no stencils on it.
+    pub fn on_graph(&self, graph: Neighborhoods) -> Result<Self, StudyError> {
+        let stencils = conservative(&self.rest, &self.volumes, &self.boundary, &graph)?;
+        Ok(Self {
+            graph,
+            stencils,
+            ..self.clone()
+        })
+    }
+
+    /// The same body with its nodes along a space-filling curve, as a simulation has them.
     pub fn ordered(nodes: &[DVec3], tetrahedra: &[[u32; 4]]) -> Result<Self, StudyError> {
         let order = space_filling_order(nodes);
         let mut place = vec![0_u32; nodes.len()];
@@ -89,6 +134,13 @@ impl Block {
     /// Nodes that pass a test of their place at rest.
     pub fn nodes(&self, chosen: impl Fn(DVec3) -> bool) -> Vec<u32> {
         nodes_where(&self.rest, chosen)
+    }
+
+    /// Root of the squares of `off`, of each node's position and position at rest (m), weighed with the volumes.
+    pub fn norm(&self, positions: &[DVec3], off: impl Fn(DVec3, DVec3) -> DVec3) -> f64 {
+        let nodes = positions.iter().zip(&self.rest).zip(&self.volumes);
+        let squares = nodes.map(|((x, rest), v)| off(*x, *rest).length_squared() * v);
+        squares.sum::<f64>().sqrt()
     }
 
     /// Nodal forces (N) of a traction (Pa) on the triangles whose corners all pass a test.
@@ -106,7 +158,6 @@ impl Block {
     }
 
     /// Nodal forces (N) of a force per volume (N/m³).
-    #[must_use]
     pub fn weight(&self, force: DVec3) -> Vec<DVec3> {
         self.volumes.iter().map(|v| force * *v).collect()
     }
@@ -171,6 +222,16 @@ fn conservative(
         }),
         _ => Ok(made),
     }
+}
+
+/// Triangles whose corners all pass a test.
+pub(crate) fn faces_where(
+    triangles: &[[u32; 3]],
+    rest: &[DVec3],
+    chosen: impl Fn(DVec3) -> bool,
+) -> Vec<[u32; 3]> {
+    let inside = |t: &&[u32; 3]| t.iter().all(|v| chosen(rest[*v as usize]));
+    triangles.iter().filter(inside).copied().collect()
 }
 
 pub(crate) fn nodes_where(rest: &[DVec3], chosen: impl Fn(DVec3) -> bool) -> Vec<u32> {

@@ -2,87 +2,28 @@
 //! tetrahedra; and the error of the beam's tip, against quadratic finite elements.
 
 use glam::{DMat3, DVec3};
-use phyxel::elastic_stencils;
-use phyxel_elastic::{Elastic, Material, Materials, Nodes, Settings};
+use phyxel_elastic::{Elastic, Material, Settings};
 use phyxel_integrate::{BoundaryConditions, ForceLaw, NewtonSettings, StaticLoad, solve_static};
-use phyxel_mls::{ConservativeSettings, GradientStencils, Neighborhoods, inverse_square_weights};
-use testkit::block::Block;
+
+use super::block::Block;
 
 /// Whether a coordinate lies on a face of the box.
-#[must_use]
 pub fn on(coordinate: f64, face: f64) -> bool {
     (coordinate - face).abs() < 1e-12
 }
 
 /// Whether a point lies on the surface of the unit cube.
-#[must_use]
 pub fn on_cube(x: DVec3) -> bool {
     on(x.min_element(), 0.0) || on(x.max_element(), 1.0)
 }
 
-/// A body on the edges of the block's tetrahedra with stencils of `phyxel-mls`.
+/// A body of the block's stencils.
 ///
 /// # Panics
-/// If the block is not valid.
-#[must_use]
+/// If the model does not take them.
 pub fn body(block: &Block, material: Material, settings: &Settings) -> Elastic {
-    on_graph(block, &edges(block), material, settings)
-}
-
-/// Edges of the block's tetrahedra.
-///
-/// # Panics
-/// If the block has no edges.
-#[must_use]
-pub fn edges(block: &Block) -> Neighborhoods {
-    Neighborhoods::from_graph(block.offsets.clone(), block.indices.clone())
-        .expect("edges of tetrahedra")
-}
-
-/// Conservative stencils of `phyxel-mls` on a graph.
-///
-/// # Panics
-/// If the block has no conservative stencils.
-#[must_use]
-pub fn rows(block: &Block, graph: &Neighborhoods) -> GradientStencils {
-    let weights = inverse_square_weights(&block.positions, graph);
-    let rows = GradientStencils::conservative(
-        &block.positions,
-        &block.volumes,
-        &block.boundary_vectors,
-        graph,
-        weights,
-        &ConservativeSettings::default(),
-    )
-    .expect("a valid block");
-    rows.converged().expect("a block that is solved")
-}
-
-/// The same on any symmetric graph.
-///
-/// # Panics
-/// If the graph is not symmetric.
-#[must_use]
-pub fn on_graph(
-    block: &Block,
-    graph: &Neighborhoods,
-    material: Material,
-    settings: &Settings,
-) -> Elastic {
-    let rows = rows(block, graph);
-    let stencils = elastic_stencils(&rows, graph);
-    let nodes = Nodes::new(&block.positions, &block.volumes);
-    Elastic::new(&stencils, &nodes, &Materials::Uniform(material), settings).expect("valid rows")
-}
-
-/// The dissertation's own mechanics.
-///
-/// # Panics
-/// If the nodes are no cloud of three dimensions.
-#[must_use]
-pub fn dissertation(block: &Block, material: Material) -> Elastic {
-    let model = super::model::dissertation(&block.positions, material, 1.0);
-    model.expect("a valid cloud").0
+    let elastic = block.elastic(&block.stencils, material, settings);
+    elastic.expect("valid rows")
 }
 
 /// Moves `x` (m) to rest under dead loads (N; none if empty), to a tolerance of [`NewtonSettings`].
@@ -115,7 +56,6 @@ pub struct Tetrahedra<'a> {
 
 impl<'a> Tetrahedra<'a> {
     /// Tetrahedra between rest positions (m), of one material.
-    #[must_use]
     pub fn new(rest: &[DVec3], tetrahedra: &'a [[u32; 4]], material: Material) -> Self {
         let elements = tetrahedra
             .iter()
@@ -176,9 +116,8 @@ impl ForceLaw for Tetrahedra<'_> {
 }
 
 /// The beam: 1 m long, 0.2 m high and wide.
-#[must_use]
 pub fn beam(cells: [usize; 3], jitter: f64) -> Block {
-    Block::new(cells, DVec3::new(1.0, 0.2, 0.2), jitter, 4)
+    Block::jittered(cells, DVec3::new(1.0, 0.2, 0.2), jitter, 4)
 }
 
 /// Clamp at x = 0, a total force `pull` spread over the face x = 1: mean displacement (m) of that face.
@@ -189,7 +128,7 @@ pub fn cantilever(block: &Block, pull: DVec3, tolerance: f64, law: &mut dyn Forc
     let tip: Vec<f64> = tip_areas(block);
     let total: f64 = tip.iter().sum();
     let load: Vec<DVec3> = tip.iter().map(|a| pull * (*a / total)).collect();
-    let (rest, mut x) = (&block.positions, block.positions.clone());
+    let (rest, mut x) = (&block.rest, block.rest.clone());
     let clamp = BoundaryConditions::fixed_where(rest, |x| on(x.x, 0.0));
     settle(law, &mut x, &clamp, &load, tolerance);
     let moved = x.iter().zip(rest).zip(&tip);
@@ -199,11 +138,10 @@ pub fn cantilever(block: &Block, pull: DVec3, tolerance: f64, law: &mut dyn Forc
 }
 
 /// Area of the face x = 1 that belongs to each node.
-#[must_use]
 pub fn tip_areas(block: &Block) -> Vec<f64> {
-    let mut areas = vec![0.0; block.node_count()];
+    let mut areas = vec![0.0; block.rest.len()];
     for t in &block.triangles {
-        let [a, b, c] = t.map(|v| block.positions[v as usize]);
+        let [a, b, c] = t.map(|v| block.rest[v as usize]);
         if on(a.x, 1.0) && on(b.x, 1.0) && on(c.x, 1.0) {
             for &v in t {
                 areas[v as usize] += (b - a).cross(c - a).length() / 6.0;

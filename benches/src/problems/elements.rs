@@ -7,7 +7,7 @@ use phyxel_discretize::boundary_triangles;
 use phyxel_integrate::{BoundaryConditions, ForceLaw, NewtonSettings, StaticLoad, solve_static};
 use rayon::prelude::*;
 
-use super::block::lattice;
+use super::block::lattice_on;
 use super::solid::Solid;
 use crate::StudyError;
 
@@ -60,23 +60,12 @@ impl Elements {
     ///
     /// # Panics
     /// If an axis has no interval, or an odd number of them for order 2.
-    #[must_use]
     pub fn new(lines: [Vec<f64>; 3], order: Order, solid: Solid) -> Self {
         let degree = order.degree();
         let cells = lines.each_ref().map(|line| line.len() - 1);
         let whole = |cells: &usize| *cells > 0 && cells.is_multiple_of(degree);
         assert!(cells.iter().all(whole), "whole elements along each axis");
-        let counts = cells.map(|cells| u32::try_from(cells).unwrap_or(u32::MAX));
-        let place = |s: f64, axis: usize| {
-            let at = s * f64::from(counts[axis]);
-            let away = |k: u32| (f64::from(k) - at).abs();
-            let nearest = lines[axis].iter().zip(0_u32..);
-            let found = nearest.min_by(|p, q| away(p.1).total_cmp(&away(q.1)));
-            found.map_or(0.0, |(x, _)| *x)
-        };
-        let (rest, tetrahedra) = lattice(counts, |s| {
-            DVec3::new(place(s.x, 0), place(s.y, 1), place(s.z, 2))
-        });
+        let (rest, tetrahedra) = lattice_on(lines.each_ref().map(Vec::as_slice));
         let grid = Grid {
             counts: cells.map(|cells| cells + 1),
             degree,
@@ -109,7 +98,6 @@ impl Elements {
     }
 
     /// A cube or box of as many intervals along each axis, from `low` to `high` (m).
-    #[must_use]
     pub fn even(cells: [u32; 3], low: DVec3, high: DVec3, order: Order, solid: Solid) -> Self {
         let line = |axis: usize| {
             let part = |k: u32| f64::from(k) / f64::from(cells[axis]);
@@ -181,7 +169,6 @@ impl Elements {
     }
 
     /// Integral (m³) of each shape function: times a force per volume, the nodes' shares of it.
-    #[must_use]
     pub fn volumes(&self) -> Vec<f64> {
         let [x, y, z] = [0, 1, 2].map(|axis| self.lengths(axis));
         let rows = z.iter().flat_map(|z| y.iter().map(move |y| y * z));
@@ -190,7 +177,6 @@ impl Elements {
     }
 
     /// Nodal forces (N) of a force (N) that is spread evenly over the face of largest x.
-    #[must_use]
     pub fn end_load(&self, force: DVec3) -> Vec<DVec3> {
         let weights = [1, 2].map(|axis| {
             let line = &self.lines[axis];
@@ -225,13 +211,11 @@ impl Elements {
         let mut x = self.rest.clone();
         supports.place(0.0, &mut x);
         let settings = NewtonSettings::with_tolerance(1e-10);
-        let rest = self.rest.clone();
         solve_static(self, &mut x, supports, &StaticLoad::of(forces), &settings)?;
-        Ok(x.iter().zip(&rest).map(|(x, rest)| *x - *rest).collect())
+        Ok(displacements(&x, &self.rest))
     }
 
     /// The field of nodal `values` at a point (m) in the box, by the shape functions.
-    #[must_use]
     pub fn field_at(&self, values: &[DVec3], point: DVec3) -> DVec3 {
         let degree = self.order.degree();
         let along = [0, 1, 2].map(|axis| {

@@ -9,7 +9,7 @@ use phyxel_integrate::{
     NewtonSettings, Pose, Pressed, RigidShape, StaticLoad, StaticReport, penalty, solve_static,
 };
 
-use super::block::lattice;
+use super::block::{faces_where, lattice, lattice_on};
 use super::elements::{Elements, Order};
 use super::model::ElasticBody;
 use super::solid::Solid;
@@ -31,7 +31,6 @@ pub const SMALL: f64 = 0.01;
 
 /// Force (N) of a sphere on a half-space (Hertz 1882; Aras 2014, eqs (65) and (66) with a rigid
 /// sphere).
-#[must_use]
 pub fn hertz_force(solid: Solid, radius: f64, depth: f64) -> f64 {
     let modulus = solid.youngs_modulus / (1.0 - solid.poissons_ratio * solid.poissons_ratio);
     4.0 / 3.0 * modulus * radius.sqrt() * depth.powf(1.5)
@@ -75,7 +74,6 @@ impl Press {
 
     /// Positions (m) as they are read, where the last sphere left the body: see
     /// [`phyxel_elastic::Elastic::smoothed_positions`].
-    #[must_use]
     pub fn smoothed(&self) -> Vec<DVec3> {
         let mut smoothed = self.body.elastic.smoothed_positions(&self.positions);
         self.supports.keep(&self.positions, &mut smoothed);
@@ -90,18 +88,8 @@ impl Press {
     /// [`StudyError`] if there is no surface to press.
     pub fn quarter(lines: &[f64], reach: f64, spacing: f64) -> Result<Self, StudyError> {
         let end = lines.last().copied().unwrap_or_default();
-        let cells = u32::try_from(lines.len().saturating_sub(1)).unwrap_or(u32::MAX);
-        let line = |s: f64| {
-            let at = s * f64::from(cells);
-            let away = |cell: u32| (f64::from(cell) - at).abs();
-            let nearest = lines.iter().zip(0..=cells);
-            nearest
-                .min_by(|p, q| away(p.1).total_cmp(&away(q.1)))
-                .map_or(0.0, |(x, _)| *x)
-        };
-        let (nodes, tetrahedra) = lattice([cells; 3], |s| {
-            DVec3::new(line(s.x), line(s.y), -line(1.0 - s.z))
-        });
+        let down: Vec<f64> = lines.iter().rev().map(|x| -x).collect();
+        let (nodes, tetrahedra) = lattice_on([lines, lines, &down]);
         let body = ElasticBody::new(&nodes, &tetrahedra, SOFT, 0.1)?;
         let edge = 1e-9 * reach;
         let mut supports = BoundaryConditions::free(body.rest.len());
@@ -131,27 +119,27 @@ impl Press {
 
 impl Press<Elements> {
     /// The 2 m cube of [`Press::cube`] of finite elements on even lines.
-    ///
-    /// # Errors
-    /// As [`Press::cube`].
-    ///
-    /// # Panics
-    /// As [`Elements::new`].
     pub fn of_elements(cells: u32, order: Order) -> Result<Self, StudyError> {
         let low = DVec3::new(-1.0, -1.0, -2.0);
         let body = Elements::even([cells; 3], low, low + 2.0, order, SOFT);
-        let rest = body.rest.clone();
-        let supports = BoundaryConditions::fixed_where(&rest, held);
-        let above = |t: &&[u32; 3]| t.iter().all(|v| on_top(rest[*v as usize]));
-        let top: Vec<[u32; 3]> = body.triangles.iter().filter(above).copied().collect();
-        let spacing = 2.0 / f64::from(cells);
+        let supports = BoundaryConditions::fixed_where(&body.rest, held);
+        Self::on_elements(body, supports, 2.0 / f64::from(cells))
+    }
+
+    /// Elements whose top, at z = 0, is pressed; `spacing` (m) sets the penalty.
+    pub(super) fn on_elements(
+        body: Elements,
+        supports: BoundaryConditions,
+        spacing: f64,
+    ) -> Result<Self, StudyError> {
+        let top = faces_where(&body.triangles, &body.rest, on_top);
         let rest = body.rest.clone();
         Self::of(body, rest, supports, &top, spacing)
     }
 }
 
 impl<B: ForceLaw> Press<B> {
-    pub(super) fn of(
+    fn of(
         body: B,
         rest: Vec<DVec3>,
         supports: BoundaryConditions,
@@ -170,7 +158,6 @@ impl<B: ForceLaw> Press<B> {
     }
 
     /// Where it touches, after [`Press::press`].
-    #[must_use]
     pub fn points(&self) -> &[ContactPoint] {
         self.contact.points()
     }
@@ -203,9 +190,6 @@ impl<B: ForceLaw> Press<B> {
 }
 
 /// The 2 m cube on a regular lattice.
-///
-/// # Errors
-/// As [`Press::cube`].
 pub fn cube(cells: u32) -> Result<Press, StudyError> {
     let (nodes, tetrahedra) = cube_lattice(cells);
     let body = ElasticBody::new(&nodes, &tetrahedra, SOFT, 0.1)?;
@@ -213,9 +197,6 @@ pub fn cube(cells: u32) -> Result<Press, StudyError> {
 }
 
 /// The same with nodes drawn towards the middle of the top.
-///
-/// # Errors
-/// As [`Press::cube`].
 pub fn graded(cells: [u32; 3]) -> Result<Press, StudyError> {
     let (nodes, tetrahedra) = graded_lattice(cells);
     let body = ElasticBody::new(&nodes, &tetrahedra, SOFT, 0.1)?;
@@ -226,42 +207,40 @@ pub fn graded(cells: [u32; 3]) -> Result<Press, StudyError> {
 pub const HERTZ: (f64, f64) = (10.0, 0.001);
 
 /// Hertz's contact radius (m) of [`HERTZ`].
-#[must_use]
 pub fn hertz_radius() -> f64 {
     (HERTZ.0 * HERTZ.1).sqrt()
 }
 
 /// A quarter of a block for [`HERTZ`]: `fine` cells over 1.5 contact radii, then `coarse` ones that grow
 /// by 1.8 each. Also gives the block's size in contact radii.
-///
-/// # Errors
-/// As [`Press::quarter`].
 pub fn quarter(fine: u32, coarse: u32) -> Result<(Press, f64), StudyError> {
     let a = hertz_radius();
-    let mut h = 1.5 * a / f64::from(fine);
-    let spacing = h;
-    let mut lines = vec![0.0];
-    let mut end = 0.0;
-    for cell in 0..fine + coarse {
-        if cell >= fine {
-            h *= 1.8;
-        }
-        end += h;
-        lines.push(end);
-    }
+    let spacing = 1.5 * a / f64::from(fine);
+    let lines = growing_lines(spacing, [fine, coarse], 1.8);
+    let end = lines[lines.len() - 1];
     Ok((Press::quarter(&lines, 3.0 * a, spacing)?, end / a))
 }
 
-/// Hertz's largest pressure (Pa) of [`HERTZ`] on [`SOFT`].
-#[must_use]
-pub fn hertz_pressure() -> f64 {
-    let (radius, depth) = HERTZ;
+/// Lines (m) from 0: so many `spacing` apart, then so many whose distances grow by `growth` each.
+fn growing_lines(mut spacing: f64, [even, growing]: [u32; 2], growth: f64) -> Vec<f64> {
+    let (mut lines, mut end) = (vec![0.0], 0.0);
+    for cell in 0..even + growing {
+        if cell >= even {
+            spacing *= growth;
+        }
+        end += spacing;
+        lines.push(end);
+    }
+    lines
+}
+
+/// Hertz's largest pressure (Pa) of a sphere of `radius`, `depth` deep (m), on [`SOFT`].
+pub fn hertz_pressure(radius: f64, depth: f64) -> f64 {
     2.0 / PI / (1.0 - SOFT.poissons_ratio.powi(2)) * (depth / radius).sqrt()
 }
 
 /// Contact radius over Hertz's of [`HERTZ`], from the second moment of the pressure: `∫ p r² / ∫ p =
 /// 2/5 a²` for Hertz's profile.
-#[must_use]
 pub fn moment_radius(points: &[ContactPoint]) -> f64 {
     let (mut moment, mut force) = (0.0, 0.0);
     for point in points {
@@ -272,14 +251,12 @@ pub fn moment_radius(points: &[ContactPoint]) -> f64 {
 }
 
 /// Nodes and tetrahedra of the 2 m cube, `cells` along each side.
-#[must_use]
 pub fn cube_lattice(cells: u32) -> (Vec<DVec3>, Vec<[u32; 4]>) {
     let low = DVec3::new(-1.0, -1.0, -2.0);
     lattice([cells; 3], |s| low + 2.0 * s)
 }
 
 /// The same with nodes drawn towards the middle of the top, `s -> 0.45 s + 0.55 s³` along each axis.
-#[must_use]
 pub fn graded_lattice(cells: [u32; 3]) -> (Vec<DVec3>, Vec<[u32; 4]>) {
     lattice(cells, |s| {
         let across = |s: f64| grade(2.0 * s - 1.0);
@@ -300,13 +277,11 @@ pub fn cube_sampled(count: usize) -> Result<(Vec<DVec3>, Vec<[u32; 4]>), StudyEr
 }
 
 /// Whether a point of the cube is on a held side.
-#[must_use]
 pub fn held(x: DVec3) -> bool {
     x.x.abs().max(x.y.abs()) > 1.0 - EDGE || x.z < EDGE - 2.0
 }
 
 /// Whether a point of the cube is on its top.
-#[must_use]
 pub fn on_top(x: DVec3) -> bool {
     x.z > -EDGE
 }
@@ -371,19 +346,15 @@ pub fn half_space(cells: u32) -> Result<HalfSpace, StudyError> {
             high = growth;
         }
     }
-    let mut lines = vec![0.0];
-    let (mut width, mut end) = (fine, 0.0);
-    for cell in 0..cells {
-        if cell >= half {
-            width *= low;
-        }
-        end += width;
-        lines.push(end);
-    }
+    let lines = growing_lines(fine, [half, cells - half], low);
+    let end = lines[lines.len() - 1];
     let mut press = Press::quarter(&lines, 3.0 * a, fine)?;
     let found = press.press(radius, depth, 1e-10)?;
-    let largest = 2.0 / PI / (1.0 - SOFT.poissons_ratio.powi(2)) * (depth / radius).sqrt();
-    let rings = press.rings(a, largest, &[0.3, 0.55, 0.8, 1.0, 1.25]);
+    let rings = press.rings(
+        a,
+        hertz_pressure(radius, depth),
+        &[0.3, 0.55, 0.8, 1.0, 1.25],
+    );
     Ok(HalfSpace {
         nodes: press.body.rest.len(),
         size: end / a,
@@ -399,7 +370,6 @@ impl Press {
     /// Mean pressures, as within a triangle the pressure follows the gap between chord and sphere, of a
     /// quarter of the contact in rings that end at `ends` times Hertz's contact radius `a` (m);
     /// `largest` is Hertz's largest pressure (Pa). Points out of contact count with none.
-    #[must_use]
     pub fn rings(&self, a: f64, largest: f64, ends: &[f64]) -> Vec<Ring> {
         let ring = |inner: f64, outer: f64| {
             let points = self.contact.points().iter().filter(|point| {

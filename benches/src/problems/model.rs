@@ -7,7 +7,7 @@ use phyxel_integrate::{
 };
 use phyxel_mls::{DissertationCloud, NearestSettings, dissertation_cloud, k_nearest};
 
-use super::block::{Block, lattice, nodes_where};
+use super::block::{Block, faces_where, lattice, nodes_where};
 use super::solid::Solid;
 use crate::StudyError;
 
@@ -43,7 +43,7 @@ impl ElasticBody {
     /// space-filling order.
     ///
     /// # Errors
-    /// As [`Block::new`].
+    /// [`StudyError`] if there are no stencils on these nodes.
     pub fn new(
         nodes: &[DVec3],
         tetrahedra: &[[u32; 4]],
@@ -77,7 +77,7 @@ impl ElasticBody {
     /// A box from `low` to `high` of `cells`.
     ///
     /// # Errors
-    /// As [`Block::new`].
+    /// [`StudyError`] if there are no stencils on these nodes.
     pub fn block(
         cells: [u32; 3],
         low: DVec3,
@@ -92,7 +92,7 @@ impl ElasticBody {
     /// The dissertation's model on the same nodes: see [`dissertation`].
     ///
     /// # Errors
-    /// As [`Block::new`].
+    /// [`StudyError`] if there are no stencils on these nodes.
     pub fn dissertation(
         nodes: &[DVec3],
         tetrahedra: &[[u32; 4]],
@@ -117,8 +117,7 @@ impl ElasticBody {
 
     /// Surface triangles whose corners all pass a test of their place at rest.
     pub fn faces(&self, chosen: impl Fn(DVec3) -> bool) -> Vec<[u32; 3]> {
-        let inside = |t: &&[u32; 3]| t.iter().all(|v| chosen(self.rest[*v as usize]));
-        self.triangles.iter().filter(inside).copied().collect()
+        faces_where(&self.triangles, &self.rest, chosen)
     }
 
     /// Largest eigenvalue at rest, and the step it allows.

@@ -3,7 +3,7 @@
 use glam::{BVec2, DVec2, DVec3};
 use phyxel_integrate::{BoundaryConditions, ForceLaw};
 
-use super::elements::{Elements, Order};
+use super::elements::{Elements, Order, displacements};
 use super::indentation::{EDGE, Press, SMALL, SOFT, grade, held, on_top};
 use crate::StudyError;
 
@@ -38,12 +38,6 @@ pub struct Known {
 
 impl Reference {
     /// Lattices of so many intervals along an edge of the quarter, even numbers, the second the finer.
-    ///
-    /// # Errors
-    /// As [`Press::cube`].
-    ///
-    /// # Panics
-    /// As [`Elements::new`].
     pub fn new([coarse, fine]: [u32; 2]) -> Result<Self, StudyError> {
         Ok(Self {
             coarse: quarter(coarse)?,
@@ -53,24 +47,14 @@ impl Reference {
         })
     }
 
-    /// Nodes of the finer lattice.
-    #[must_use]
-    pub fn nodes(&self) -> usize {
-        self.fine.rest.len()
-    }
-
     /// Presses a sphere of `radius` to `depth` (m), made small by [`SMALL`].
-    ///
-    /// # Errors
-    /// As [`Press::press`].
     pub fn press(&mut self, radius: f64, depth: f64) -> Result<Known, StudyError> {
         let force = |press: &mut Press<Elements>| {
             let found = press.press(radius / SMALL, depth * SMALL, TOLERANCE)?;
             Ok::<_, StudyError>(4.0 * found.force / SMALL)
         };
         let (coarse, fine) = (force(&mut self.coarse)?, force(&mut self.fine)?);
-        let moved = self.fine.positions.iter().zip(&self.fine.rest);
-        self.moved = moved.map(|(x, rest)| *x - *rest).collect();
+        self.moved = displacements(&self.fine.positions, &self.fine.rest);
         Ok(Known {
             force: fine + (fine - coarse) / self.refined,
             fine,
@@ -80,7 +64,6 @@ impl Reference {
 
     /// Displacement (m, of the small strain) of a point of the whole cube under the last sphere, by the
     /// finer lattice.
-    #[must_use]
     pub fn displacement(&self, at: DVec3) -> DVec3 {
         mirrored(&self.fine.body, &self.moved, at)
     }
@@ -90,7 +73,6 @@ impl Reference {
     ///
     /// # Panics
     /// If there is not one position per node.
-    #[must_use]
     pub fn norm(&self, rest: &[DVec3], positions: &[DVec3]) -> f64 {
         assert_eq!(rest.len(), positions.len(), "one position per node");
         let (mut error, mut size) = (0.0, 0.0);
@@ -155,13 +137,8 @@ fn quarter(cells: u32) -> Result<Press<Elements>, StudyError> {
     let across = || (0..=cells).map(|k| grade(part(k))).collect();
     let down = (0..=cells).map(|k| -2.0 * grade(1.0 - part(k))).collect();
     let body = Elements::new([across(), across(), down], Order::Quadratic, SOFT);
-    let rest = body.rest.clone();
-    let supports = symmetric(&rest);
-    let above = |t: &&[u32; 3]| t.iter().all(|v| on_top(rest[*v as usize]));
-    let top: Vec<[u32; 3]> = body.triangles.iter().filter(above).copied().collect();
-    let spacing = 0.45 / f64::from(cells);
-    let nodes = rest.clone();
-    Press::of(body, nodes, supports, &top, spacing)
+    let supports = symmetric(&body.rest);
+    Press::on_elements(body, supports, 0.45 / f64::from(cells))
 }
 
 /// A field of the quarter at a point of the whole cube.

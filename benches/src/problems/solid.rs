@@ -13,7 +13,6 @@ pub struct Solid {
 
 impl Solid {
     /// Shear modulus and first Lamé parameter (Pa).
-    #[must_use]
     pub fn lame(self) -> (f64, f64) {
         let mu = self.youngs_modulus / (2.0 * (1.0 + self.poissons_ratio));
         let lambda = 2.0 * mu * self.poissons_ratio / (1.0 - 2.0 * self.poissons_ratio);

@@ -3,13 +3,11 @@
 use glam::DVec3;
 use phyxel_elastic::{Dilatation, Material, Settings};
 use phyxel_integrate::BoundaryConditions;
-use testkit::block::Block;
 
 use super::Proof;
-use crate::problems::cantilever::{
-    Tetrahedra, beam, body, cantilever, dissertation, on_cube, settle, tip_error,
-};
-use crate::problems::model::Law;
+use crate::problems::block::Block;
+use crate::problems::cantilever::{Tetrahedra, beam, body, cantilever, on_cube, settle, tip_error};
+use crate::problems::model::{Law, dissertation};
 
 pub(super) fn cantilever_small_strain(proof: &mut Proof) {
     let clouds = [
@@ -18,7 +16,7 @@ pub(super) fn cantilever_small_strain(proof: &mut Proof) {
         ("lattice 1519", beam([30, 6, 6], 0.0)),
     ];
     for (name, block) in &clouds {
-        let fine = block.node_count() > 1000;
+        let fine = block.rest.len() > 1000;
         let options = [
             ("default", Settings::default()),
             (
@@ -56,9 +54,10 @@ pub(super) fn cantilever_small_strain(proof: &mut Proof) {
         let mut linear = [0.0; 3];
         for (k, nu) in [0.3, 0.45, 0.499].into_iter().enumerate() {
             let svk = Material::saint_venant_kirchhoff(1.0, nu);
-            paper[k] = tip_error(block, nu, 1e-6, &mut Law(&mut dissertation(block, svk)));
+            let (mut model, _) = dissertation(&block.rest, svk, 1.0).unwrap();
+            paper[k] = tip_error(block, nu, 1e-6, &mut Law(&mut model));
             let mut tetrahedra = Tetrahedra::new(
-                &block.positions,
+                &block.rest,
                 &block.tetrahedra,
                 Material::neo_hookean(1.0, nu),
             );
@@ -101,21 +100,15 @@ pub(super) fn bending_converges(proof: &mut Proof) {
     for (jitter, bar) in [(0.0, 1.9), (0.25, 1.5)] {
         let mut errors = Vec::new();
         for cells in [4, 8, 12] {
-            let block = Block::new([cells; 3], DVec3::ONE, jitter, 5);
+            let block = Block::jittered([cells; 3], DVec3::ONE, jitter, 5);
             let mut elastic = body(&block, Material::neo_hookean(1.0, nu), &Settings::default());
             let small = 1e-5;
-            let rest = &block.positions;
+            let rest = &block.rest;
             let held = BoundaryConditions::fixed_where(rest, on_cube);
             let shift = |x: DVec3| exact(x) * if on_cube(x) { small } else { 0.0 };
             let mut x: Vec<DVec3> = rest.iter().map(|x| *x + shift(*x)).collect();
             settle(&mut Law(&mut elastic), &mut x, &held, &[], 1e-8);
-            let square: f64 = x
-                .iter()
-                .zip(&block.positions)
-                .zip(&block.volumes)
-                .map(|((x, rest), v)| ((*x - *rest) / small - exact(*rest)).length_squared() * v)
-                .sum();
-            errors.push(square.sqrt());
+            errors.push(block.norm(&x, |x, rest| (x - rest) / small - exact(rest)));
         }
         let order = (errors[0] / errors[2]).ln() / 3.0_f64.ln();
         proof.above(format!("order, jitter {jitter}"), order, bar);

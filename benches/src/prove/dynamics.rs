@@ -25,8 +25,7 @@ fn bar(cells: u32) -> (Body, BoundaryConditions, f64) {
     let width = 2.0 / f64::from(cells);
     let high = DVec3::new(1.0, width, width);
     let body = Body::block([cells, 2, 2], DVec3::ZERO, high, solid, 0.1).unwrap();
-    let held = body.nodes(|x| x.x < 1e-9);
-    let supports = BoundaryConditions::fixed(body.rest.len(), &held);
+    let supports = BoundaryConditions::fixed_where(&body.rest, |x| x.x < 1e-9);
     let omega = 0.5 * std::f64::consts::PI * (1e4_f64 / 1000.0).sqrt();
     (body, supports, omega)
 }
@@ -73,8 +72,7 @@ pub(super) fn standing_wave_in_a_bar_converges_in_space_to_the_wave_speed(proof:
 
 fn small_beam() -> (Body, BoundaryConditions) {
     let body = Body::block([8, 2, 2], DVec3::ZERO, DVec3::new(0.4, 0.1, 0.1), SOFT, 0.1).unwrap();
-    let held = body.nodes(|x| x.x < 1e-9);
-    let supports = BoundaryConditions::fixed(body.rest.len(), &held);
+    let supports = BoundaryConditions::fixed_where(&body.rest, |x| x.x < 1e-9);
     (body, supports)
 }
 
@@ -118,8 +116,7 @@ pub(super) fn energy_of_a_bending_beam_stays_over_1e5_steps(proof: &mut Proof) {
 pub(super) fn a_dropped_sphere_bounces_with_a_closed_audit(proof: &mut Proof) {
     let low = DVec3::new(-0.1, -0.1, -0.1);
     let mut body = Body::block([8, 8, 4], low, DVec3::new(0.1, 0.1, 0.0), SOFT, 0.1).unwrap();
-    let held = body.nodes(|x| x.z < -0.1 + 1e-9);
-    let supports = BoundaryConditions::fixed(body.rest.len(), &held);
+    let supports = BoundaryConditions::fixed_where(&body.rest, |x| x.z < -0.1 + 1e-9);
     let found = body
         .eigenvalue(&supports, &EigenvalueSettings::default())
         .unwrap();

@@ -6,11 +6,11 @@ use glam::{DMat3, DVec3};
 use phyxel_discretize::{Primitive, SampleSettings, Solid, sample_tetrahedra};
 use phyxel_elastic::{Dilatation, Material, Settings};
 
-use crate::problems::cantilever as beam;
+use crate::problems::block::Block;
 use crate::problems::cantilever::{Tetrahedra, body, on, on_cube, settle};
 use crate::problems::model::Law;
 use phyxel_integrate::{BoundaryConditions, ForceLaw};
-use testkit::block::Block;
+use testkit::block::Block as KitBlock;
 
 pub(super) fn patch_test_with_affine_boundary(proof: &mut Proof) {
     let a = DMat3::from_cols(
@@ -19,18 +19,18 @@ pub(super) fn patch_test_with_affine_boundary(proof: &mut Proof) {
         DVec3::new(-0.03, 0.08, 1.04),
     );
     let size = DVec3::ONE;
-    let graded = |block: &mut Block| {
+    let graded = |block: &mut KitBlock| {
         for x in &mut block.positions {
             *x = *x * 0.35 + *x * *x * *x * 0.65;
         }
-        let again = Block::from_tetrahedra(block.positions.clone(), block.tetrahedra.clone());
+        let again = KitBlock::from_tetrahedra(block.positions.clone(), block.tetrahedra.clone());
         *block = again;
     };
     let mut clouds = vec![
-        ("lattice", Block::new([6, 6, 6], size, 0.0, 1)),
-        ("jittered", Block::new([6, 6, 6], size, 0.3, 1)),
-        ("graded", Block::new([6, 6, 6], size, 0.15, 1)),
-        ("octree", Block::octree()),
+        ("lattice", KitBlock::new([6, 6, 6], size, 0.0, 1)),
+        ("jittered", KitBlock::new([6, 6, 6], size, 0.3, 1)),
+        ("graded", KitBlock::new([6, 6, 6], size, 0.15, 1)),
+        ("octree", KitBlock::octree()),
     ];
     graded(&mut clouds[2].1);
     let octree = &clouds[3].1;
@@ -48,10 +48,11 @@ pub(super) fn patch_test_with_affine_boundary(proof: &mut Proof) {
     let liver = sample_tetrahedra(&Solid::from(Primitive::Liver), &settings).expect("a thick body");
     let length = Primitive::Liver.bounds().size().x;
     let places = liver.positions.iter().map(|x| *x / length).collect();
-    clouds.push(("liver", Block::from_tetrahedra(places, liver.tetrahedra)));
-    for (name, block) in &clouds {
-        let held = if *name == "liver" {
-            let mut supports = BoundaryConditions::free(block.node_count());
+    clouds.push(("liver", KitBlock::from_tetrahedra(places, liver.tetrahedra)));
+    for (name, block) in clouds {
+        let block = Block::of(block);
+        let held = if name == "liver" {
+            let mut supports = BoundaryConditions::free(block.rest.len());
             block
                 .triangles
                 .iter()
@@ -59,15 +60,15 @@ pub(super) fn patch_test_with_affine_boundary(proof: &mut Proof) {
                 .for_each(|v| supports.fix(*v));
             supports
         } else {
-            BoundaryConditions::fixed_where(&block.positions, on_cube)
+            BoundaryConditions::fixed_where(&block.rest, on_cube)
         };
         for material in [
             Material::neo_hookean(1.0, 0.45),
             Material::mooney_rivlin(1.0, 0.4, 0.3),
         ] {
-            let mut elastic = body(block, material, &Settings::default());
+            let mut elastic = body(&block, material, &Settings::default());
             let mut random = testkit::cloud::Random::new(2);
-            let rest = block.positions.iter().enumerate();
+            let rest = block.rest.iter().enumerate();
             let mut x: Vec<DVec3> = rest
                 .map(|(node, x)| {
                     let free = held.of(node).is_none();
@@ -77,7 +78,7 @@ pub(super) fn patch_test_with_affine_boundary(proof: &mut Proof) {
             settle(&mut Law(&mut elastic), &mut x, &held, &[], 1e-12);
             let error = x
                 .iter()
-                .zip(&block.positions)
+                .zip(&block.rest)
                 .map(|(x, rest)| (*x - a * *rest).length())
                 .fold(0.0, f64::max);
             proof.below(
@@ -137,10 +138,10 @@ fn dense(node_count: usize, law: &mut dyn ForceLaw) -> Vec<f64> {
 
 pub(super) fn a_free_body_has_six_soft_modes_and_no_more(proof: &mut Proof) {
     for jitter in [0.0, 0.25] {
-        let block = Block::new([5, 5, 5], DVec3::ONE, jitter, 3);
-        let n = block.node_count();
+        let block = Block::jittered([5, 5, 5], DVec3::ONE, jitter, 3);
+        let n = block.rest.len();
         let material = Material::neo_hookean(1.0, 0.3);
-        let mut tetrahedra = Tetrahedra::new(&block.positions, &block.tetrahedra, material);
+        let mut tetrahedra = Tetrahedra::new(&block.rest, &block.tetrahedra, material);
         let reference = dense(n, &mut tetrahedra);
         // First elastic eigenvalue of the finite elements, to 3 %.
         let (mut low, mut high) = (0.3, 30.0);
@@ -184,9 +185,9 @@ pub(super) fn a_free_body_has_six_soft_modes_and_no_more(proof: &mut Proof) {
 /// body locks. Reference: hex27 finite elements (0.1, 0.1, 1 and 1 %). Bars: measured -0.1, 2.2 and
 /// 5.3 % with mean dilatation.
 pub(super) fn clamped_cube_needs_mean_dilatation(proof: &mut Proof) {
-    let block = Block::new([6; 3], DVec3::ONE, 0.0, 3);
+    let block = Block::jittered([6; 3], DVec3::ONE, 0.0, 3);
     let ends = |x: DVec3| on(x.x, 0.0) || on(x.x, 1.0);
-    let held = BoundaryConditions::fixed_where(&block.positions, ends);
+    let held = BoundaryConditions::fixed_where(&block.rest, ends);
     for (nu, reference, bar) in [(0.3, 1.064, 0.5), (0.49, 1.224, 3.0), (0.499, 1.24, 6.0)] {
         let mut errors = [0.0; 2];
         for (error, dilatation) in errors.iter_mut().zip([Dilatation::Local, Dilatation::Mean]) {
@@ -196,14 +197,14 @@ pub(super) fn clamped_cube_needs_mean_dilatation(proof: &mut Proof) {
             };
             let mut elastic = body(&block, Material::neo_hookean(1.0, nu), &settings);
             let pull = 1e-6;
-            let mut x = block.positions.clone();
+            let mut x = block.rest.clone();
             for x in &mut x {
                 x.x *= 1.0 + pull;
             }
             settle(&mut Law(&mut elastic), &mut x, &held, &[], 1e-6);
             let mut f = vec![DVec3::ZERO; x.len()];
             elastic.forces_into(&x, &mut f);
-            let ends = f.iter().zip(&block.positions).filter(|(_, x)| on(x.x, 1.0));
+            let ends = f.iter().zip(&block.rest).filter(|(_, x)| on(x.x, 1.0));
             let stiffness = ends.map(|(f, _)| -f.x).sum::<f64>() / pull;
             *error = 100.0 * (stiffness / reference - 1.0);
         }
@@ -249,26 +250,20 @@ pub(super) fn large_deformation_converges(proof: &mut Proof) {
     for (jitter, bars) in [(0.0, [0.9, 1.2, 1.4]), (0.25, [1.1, 1.4, 1.5])] {
         let mut errors = [Vec::new(), Vec::new()];
         for cells in [4, 8, 12, 16] {
-            let block = Block::new([cells; 3], DVec3::ONE, jitter, 5);
+            let block = Block::jittered([cells; 3], DVec3::ONE, jitter, 5);
             let moments = first_moments(&block);
-            let held = BoundaryConditions::fixed_where(&block.positions, on_cube);
+            let held = BoundaryConditions::fixed_where(&block.rest, on_cube);
             for (matched, errors) in errors.iter_mut().enumerate() {
                 let mut elastic = body(&block, material, &Settings::default());
-                let load: Vec<DVec3> = (0..block.node_count())
+                let load: Vec<DVec3> = (0..block.rest.len())
                     .map(|i| {
                         let lumped = DMat3::IDENTITY * block.volumes[i];
-                        load_of(block.positions[i], [lumped, moments[i]][matched])
+                        load_of(block.rest[i], [lumped, moments[i]][matched])
                     })
                     .collect();
-                let mut x: Vec<DVec3> = block.positions.iter().map(|x| motion(*x)).collect();
+                let mut x: Vec<DVec3> = block.rest.iter().map(|x| motion(*x)).collect();
                 settle(&mut Law(&mut elastic), &mut x, &held, &load, 1e-6);
-                let square: f64 = x
-                    .iter()
-                    .zip(&block.positions)
-                    .zip(&block.volumes)
-                    .map(|((x, rest), v)| (*x - motion(*rest)).length_squared() * v)
-                    .sum();
-                errors.push(square.sqrt());
+                errors.push(block.norm(&x, |x, rest| x - motion(rest)));
             }
         }
         let orders = errors.map(|e| {
@@ -284,15 +279,14 @@ pub(super) fn large_deformation_converges(proof: &mut Proof) {
 
 /// `M_i = sum_j V_j (X_i - X_j) (x) g_ji`, columns by the component of `X_i - X_j`.
 fn first_moments(block: &Block) -> Vec<DMat3> {
-    let graph = beam::edges(block);
-    let rows = beam::rows(block, &graph);
-    let gradients = rows.pair_gradients(&block.positions, &graph);
-    let mut moments = vec![DMat3::ZERO; block.node_count()];
-    for j in 0..block.node_count() {
+    let graph = &block.graph;
+    let gradients = block.stencils.pair_gradients(&block.rest, graph);
+    let mut moments = vec![DMat3::ZERO; block.rest.len()];
+    for j in 0..block.rest.len() {
         for p in graph.pairs(j) {
             let i = graph.indices()[p] as usize;
             let g = gradients[p] * block.volumes[j];
-            let d = block.positions[i] - block.positions[j];
+            let d = block.rest[i] - block.rest[j];
             moments[i] += DMat3::from_cols(g * d.x, g * d.y, g * d.z);
         }
     }

@@ -64,7 +64,7 @@ pub(super) fn hertz_on_a_quarter_of_a_large_block(proof: &mut Proof) {
         let contact = moment_radius(press.points()) - 1.0;
         proof.below("force off Hertz", error.abs(), 0.03);
         proof.below("contact radius off Hertz", contact.abs(), 0.03);
-        let rings = press.rings(hertz_radius(), hertz_pressure(), &ends);
+        let rings = press.rings(hertz_radius(), hertz_pressure(radius, depth), &ends);
         for ring in &rings {
             let error = ring.pressure / ring.expected - 1.0;
             // 6.0 and 5.3 % at most, in the two blocks: a ring is 1.3 to 1.6 cells wide.

@@ -231,7 +231,6 @@ pub struct Outcome {
 
 impl Outcome {
     /// Whether there are figures, all of which keep their limits.
-    #[must_use]
     pub fn holds(&self) -> bool {
         !self.proof.checks.is_empty() && self.proof.checks.iter().all(|check| check.holds)
     }

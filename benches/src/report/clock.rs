@@ -8,7 +8,6 @@ use std::time::Instant;
 /// # Panics
 /// If `times` is 0.
 pub(crate) fn median_time<T>(times: usize, mut work: impl FnMut() -> T) -> (T, f64) {
-    assert!(times > 0, "something must be measured");
     let mut seconds = Vec::with_capacity(times);
     let mut last = None;
     for _ in 0..times {
@@ -16,19 +15,15 @@ pub(crate) fn median_time<T>(times: usize, mut work: impl FnMut() -> T) -> (T, f
         last = Some(black_box(work()));
         seconds.push(start.elapsed().as_secs_f64());
     }
-    seconds.sort_by(f64::total_cmp);
-    let result = last.expect("it ran at least once");
-    (result, seconds[times / 2])
+    let measured = last.zip(median(&seconds));
+    measured.expect("something must be measured")
 }
 
-/// Median of some timings.
-///
-/// # Panics
-/// If there are none.
-#[must_use]
-pub fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
+/// The upper median; None of nothing.
+pub(crate) fn median(values: &[f64]) -> Option<f64> {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied()
 }
 
 /// Threads in use, the processor where the system names it, and version, in a line.

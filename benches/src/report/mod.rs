@@ -8,12 +8,11 @@ use std::fmt;
 use std::path::Path;
 
 use phyxel_splat::Frame;
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
 use crate::StudyError;
 
-pub use clock::median;
-pub(crate) use clock::{machine, median_time};
+pub(crate) use clock::{machine, median, median_time};
 pub(crate) use page::html;
 pub(crate) use plot::draw;
 
@@ -84,7 +83,8 @@ pub struct Column {
 }
 
 /// One entry of a table.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
 pub enum Cell {
     /// A word.
     Word(String),
@@ -96,29 +96,16 @@ pub enum Cell {
     Nothing,
 }
 
-impl From<&str> for Cell {
-    fn from(word: &str) -> Self {
-        Self::Word(word.to_owned())
-    }
+macro_rules! cells {
+    ($($variant:ident of $from:ty),*) => {
+        $(impl From<$from> for Cell {
+            fn from(value: $from) -> Self {
+                Self::$variant(value.into())
+            }
+        })*
+    };
 }
-
-impl From<String> for Cell {
-    fn from(word: String) -> Self {
-        Self::Word(word)
-    }
-}
-
-impl From<usize> for Cell {
-    fn from(count: usize) -> Self {
-        Self::Count(count)
-    }
-}
-
-impl From<f64> for Cell {
-    fn from(number: f64) -> Self {
-        Self::Number(number)
-    }
-}
+cells![Word of &str, Word of String, Count of usize, Number of f64];
 
 impl<T: Into<Self>> From<Option<T>> for Cell {
     fn from(cell: Option<T>) -> Self {
@@ -148,17 +135,6 @@ macro_rules! plots {
 }
 pub(crate) use plots;
 
-impl Serialize for Cell {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match self {
-            Self::Word(word) => serializer.serialize_str(word),
-            Self::Count(count) => serializer.serialize_u64(*count as u64),
-            Self::Number(number) => serializer.serialize_f64(*number),
-            Self::Nothing => serializer.serialize_none(),
-        }
-    }
-}
-
 impl Cell {
     /// A number with all its digits, anything else as it is shown.
     fn in_full(&self) -> String {
@@ -169,7 +145,6 @@ impl Cell {
     }
 
     /// The number or count, if it is one.
-    #[must_use]
     pub fn number(&self) -> Option<f64> {
         match self {
             Self::Count(count) => Some(*count as f64),
@@ -179,7 +154,6 @@ impl Cell {
     }
 
     /// The word, or nothing if it is none.
-    #[must_use]
     pub fn word(&self) -> &str {
         match self {
             Self::Word(word) => word,
@@ -202,22 +176,14 @@ impl fmt::Display for Cell {
 /// Three significant digits, without an exponent where that is short.
 fn significant(number: f64) -> String {
     let size = number.abs();
-    if !(1e-3..1e5).contains(&size) && size > 0.0 {
-        format!("{number:.2e}")
-    } else if size >= 100.0 {
-        format!("{number:.0}")
-    } else if size >= 10.0 {
-        format!("{number:.1}")
-    } else if size >= 1.0 {
-        format!("{number:.2}")
-    } else if size >= 0.1 {
-        format!("{number:.3}")
-    } else if size >= 0.01 {
-        format!("{number:.4}")
-    } else if size > 0.0 {
-        format!("{number:.5}")
-    } else {
+    if size.is_nan() || size == 0.0 {
         "0".to_owned()
+    } else if (1e-3..1e5).contains(&size) {
+        let smaller = |least: &&f64| size < **least;
+        let decimals = [100.0, 10.0, 1.0, 0.1, 0.01].iter().filter(smaller).count();
+        format!("{number:.decimals$}")
+    } else {
+        format!("{number:.2e}")
     }
 }
 
@@ -246,7 +212,6 @@ impl Table {
     ///
     /// # Panics
     /// If a row is not as long as the columns.
-    #[must_use]
     pub fn to_csv(&self) -> Vec<u8> {
         let mut writer = csv::Writer::from_writer(Vec::new());
         let mut add = |record: Vec<String>| {
@@ -265,7 +230,6 @@ impl Table {
     ///
     /// # Panics
     /// If there is no such column.
-    #[must_use]
     pub fn column(&self, name: &str) -> usize {
         let at = self.columns.iter().position(|column| column.name == name);
         at.unwrap_or_else(|| panic!("table '{}' has no column '{name}'", self.name))
@@ -274,7 +238,6 @@ impl Table {
 
 impl Column {
     /// Name and unit.
-    #[must_use]
     pub fn heading(&self) -> String {
         if self.unit.is_empty() {
             self.name.to_owned()
@@ -370,7 +333,6 @@ pub struct Series {
 
 impl Plot {
     /// A plot of lines over a horizontal and a vertical axis.
-    #[must_use]
     pub fn new(name: &'static str, title: &str, x: Axis, y: Axis, series: Vec<Series>) -> Self {
         let title = title.to_owned();
         Self {
@@ -385,11 +347,10 @@ impl Plot {
     /// Writes it as `NAME.svg` into `folder`.
     ///
     /// # Errors
-    /// [`StudyError::Plot`] if it cannot be drawn, [`StudyError::Folder`] if it cannot be written.
+    /// [`StudyError::Plot`] if it cannot be drawn, [`StudyError::File`] if it cannot be written.
     pub fn write(&self, folder: &Path) -> Result<(), StudyError> {
         let path = folder.join(format!("{}.svg", self.name));
-        let text = draw(self)?;
-        std::fs::write(&path, text).map_err(|source| StudyError::Folder { path, source })
+        std::fs::write(&path, draw(self)?).map_err(StudyError::of_file(&path))
     }
 }
 

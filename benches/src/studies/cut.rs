@@ -1,7 +1,7 @@
 //! Cutting: what a blade update costs.
 
 use super::chapter6::overrides;
-use crate::report::{Report, Series, Table, plots, row};
+use crate::report::{Cell, Report, Series, Table, median, plots, row};
 use crate::{Effort, StudyError};
 use phyxel::Phase;
 use phyxel::World;
@@ -24,17 +24,6 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
     Ok(Report::new(&[words], vec![updates], plots))
 }
 
-/// What the updates of one cut cost (ms).
-struct Updates {
-    nodes: usize,
-    triangles: usize,
-    captures: usize,
-    severed: usize,
-    median: f64,
-    worst: f64,
-    latency: f64,
-}
-
 type Measured = (Table, Vec<Series>, Vec<Series>);
 
 fn updates(effort: Effort) -> Result<Measured, StudyError> {
@@ -42,6 +31,8 @@ fn updates(effort: Effort) -> Result<Measured, StudyError> {
         (&[1_408, 6_000, 25_000, 100_000], &[5, 10, 20, 40, 80]),
         (&[500, 1_408], &[4, 12]),
     );
+    // Index of the number of captures that the plot over nodes shows.
+    let shown = effort.choose(2, 1);
     let (mut rows, mut by_triangles) = (Vec::new(), Vec::new());
     let (mut medians, mut latencies) = (Vec::new(), Vec::new());
     for &nodes in nodes {
@@ -51,21 +42,14 @@ fn updates(effort: Effort) -> Result<Measured, StudyError> {
             if nodes > 50_000 && index != 2 {
                 continue;
             }
-            let found = update(nodes, captures)?;
-            rows.push(row![
-                found.nodes,
-                found.captures,
-                found.triangles,
-                found.severed,
-                found.median,
-                found.worst,
-                found.latency
-            ]);
-            let (nodes, triangles) = (found.nodes as f64, found.triangles as f64);
-            points.push((triangles, found.median));
-            if index == captures_shown(effort) {
-                medians.push((nodes, found.median));
-                latencies.push((nodes, found.latency));
+            let row = update(nodes, captures)?;
+            let [nodes, triangles, median, latency] =
+                [0, 2, 4, 6].map(|at: usize| row[at].number().unwrap_or(f64::NAN));
+            rows.push(row);
+            points.push((triangles, median));
+            if index == shown {
+                medians.push((nodes, median));
+                latencies.push((nodes, latency));
             }
         }
         by_triangles.push(Series::line(format!("{nodes} nodes"), points));
@@ -84,13 +68,8 @@ fn updates(effort: Effort) -> Result<Measured, StudyError> {
     Ok((table, by_triangles, by_nodes))
 }
 
-/// Index of the number of captures that the plot over nodes shows.
-fn captures_shown(effort: Effort) -> usize {
-    effort.choose(2, 1)
-}
-
-/// The embedded block of about `nodes` nodes, cut half through in `captures` pieces.
-fn update(nodes: u32, captures: u32) -> Result<Updates, StudyError> {
+/// The embedded block of about `nodes` nodes, cut half through in `captures` pieces: the row of it.
+fn update(nodes: u32, captures: u32) -> Result<Vec<Cell>, StudyError> {
     // From outside to the block's far side.
     let distance = 0.095 / f64::from(captures);
     let overrides = overrides(&[
@@ -117,23 +96,15 @@ fn update(nodes: u32, captures: u32) -> Result<Updates, StudyError> {
         }
         changed = count;
     }
-    let mut latencies = world.latencies().to_vec();
     let member = &world.members()[0];
     let cutting = member.cutting.as_ref();
-    let worst = times.iter().copied().fold(0.0, f64::max);
-    Ok(Updates {
-        nodes: member.body.rest.len(),
-        triangles: cutting.map_or(0, |cutting| cutting.cuts().triangle_count()),
-        captures: cutting.map_or(0, |cutting| cutting.counts().0),
-        severed: cutting.map_or(0, phyxel::Cutting::severed_pairs),
-        median: middle(&mut times),
-        worst,
-        latency: middle(&mut latencies),
-    })
-}
-
-/// Median; 0 of nothing.
-pub(crate) fn middle(values: &mut [f64]) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
+    Ok(row![
+        member.body.rest.len(),
+        cutting.map_or(0, |cutting| cutting.counts().0),
+        cutting.map_or(0, |cutting| cutting.cuts().triangle_count()),
+        cutting.map_or(0, phyxel::Cutting::severed_pairs),
+        median(&times).unwrap_or(0.0),
+        times.iter().copied().fold(0.0, f64::max),
+        median(world.latencies()).unwrap_or(0.0)
+    ])
 }

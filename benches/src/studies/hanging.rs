@@ -6,9 +6,8 @@ use std::time::Instant;
 use glam::DVec3;
 
 use super::chapter6::{BODIES, MODELS, STATES, overrides};
-use super::cut::middle;
 use super::sag;
-use crate::report::{Cell, Report, Series, Table, add_point, plots, row};
+use crate::report::{Cell, Report, Series, Table, add_point, median, plots, row};
 use crate::{Effort, StudyError};
 use phyxel::scene::Scene;
 use phyxel::{Cutting, World};
@@ -169,8 +168,8 @@ fn measured(
         severed: cutting.map_or(0, Cutting::severed_pairs),
         drop: lowest(&body.rest) - lowest(&body.smoothed_positions()),
         step: world.step_size(),
-        seconds: middle(&mut steps),
-        drawing: middle(&mut drawing),
+        seconds: median(&steps).unwrap_or(0.0),
+        drawing: median(&drawing).unwrap_or(0.0),
         released: energy.released,
         added: energy.added,
         unexplained: body.motion.audit().energy_error(),

@@ -111,36 +111,33 @@ pub struct Findings {
 
 impl Study {
     /// The study `name`, if there is one.
-    #[must_use]
     pub fn named(name: &str) -> Option<&'static Self> {
         STUDIES.iter().find(|study| study.name == name)
     }
 
     /// Runs the study and writes its tables, plots and pictures into `folder`.
-    ///
-    /// # Errors
-    /// [`StudyError`].
     pub fn run(&self, folder: &OutputFolder, effort: Effort) -> Result<Findings, StudyError> {
         let start = std::time::Instant::now();
         let report = (self.run)(effort)?;
         let seconds = start.elapsed().as_secs_f64();
         let mut files = Vec::new();
+        let mut write = |name: String, text: &[u8]| -> Result<(), StudyError> {
+            folder.write(&name, text)?;
+            files.push(folder.path().join(name));
+            Ok(())
+        };
         for table in &report.tables {
             let name = format!("{}-{}.csv", self.name, table.name);
-            folder.write(&name, &table.to_csv())?;
-            files.push(folder.path().join(name));
+            write(name, &table.to_csv())?;
         }
         for plot in &report.plots {
             let name = format!("{}-{}.svg", self.name, plot.name);
-            folder.write(&name, draw(plot)?.as_bytes())?;
-            files.push(folder.path().join(name));
+            write(name, draw(plot)?.as_bytes())?;
         }
         for picture in &report.pictures {
-            let name = picture.file(self.name);
             let mut png = Vec::new();
             picture.frame.write_png(&mut png)?;
-            folder.write(&name, &png)?;
-            files.push(folder.path().join(name));
+            write(picture.file(self.name), &png)?;
         }
         Ok(Findings {
             study: *self,
@@ -154,9 +151,6 @@ impl Study {
 }
 
 /// Writes the page `index.html` of some findings into `folder`; returns its path.
-///
-/// # Errors
-/// [`StudyError`].
 pub fn write_page(folder: &OutputFolder, findings: &[Findings]) -> Result<PathBuf, StudyError> {
     folder.write("index.html", html(findings)?.as_bytes())?;
     Ok(folder.path().join("index.html"))

@@ -45,7 +45,6 @@ impl Form {
     ];
 
     /// Name in tables.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Rule(Rule::Diffraction) => "diffraction (default)",
@@ -69,8 +68,6 @@ pub struct CutBody<'a> {
     pub stencils: GradientStencils,
     /// Factors on the pairs.
     pub factors: Vec<f64>,
-    /// Nodes with a factor below 1, ascending.
-    pub touched: Vec<u32>,
     /// Times (s): what is set up once per body, the factors of the cut, the rows after them.
     pub seconds: [f64; 3],
     /// Gradients that are not those of the stencils.
@@ -154,7 +151,6 @@ impl<'a> CutBody<'a> {
             body,
             stencils,
             factors,
-            touched,
             // Of the set-up, the forms other than rules use the influence radii only.
             seconds: [
                 (start - begin).as_secs_f64(),
@@ -200,7 +196,6 @@ impl<'a> CutBody<'a> {
     }
 
     /// Displacement gradients at the nodes.
-    #[must_use]
     pub fn gradients(&self, u: &[DVec3]) -> Vec<DMat3> {
         let (rest, graph) = (&self.body.block.rest, &self.body.block.graph);
         let written_out = self.stencils.pair_gradients(rest, graph);
@@ -222,7 +217,6 @@ impl<'a> CutBody<'a> {
 
     /// Opening (m) of the cut along `normal` at a point of its face: both sides by the nearest nodes
     /// that look at it from that side, each with its own gradient.
-    #[must_use]
     pub fn opening(
         &self,
         cuts: &Cuts,

@@ -5,16 +5,11 @@ use std::f64::consts::PI;
 use glam::{DMat3, DVec3};
 
 use super::cut_body::CutBody;
-use super::{POISSON, YOUNG, stress};
-
-/// Plane strain modulus (Pa).
-pub(crate) fn plane_modulus() -> f64 {
-    YOUNG / (1.0 - POISSON * POISSON)
-}
+use super::{POISSON, plane_modulus, shear_modulus, stress};
 
 /// Williams' near field of unit stress intensity in the frame of the tip, modes I and II.
 fn near_field(mode: usize, p: [f64; 2]) -> [f64; 2] {
-    let mu = YOUNG / (2.0 * (1.0 + POISSON));
+    let mu = shear_modulus();
     let kappa = 3.0 - 4.0 * POISSON;
     let (r, theta) = (p[0].hypot(p[1]), p[1].atan2(p[0]));
     let (s, c) = (0.5 * theta).sin_cos();

@@ -8,7 +8,7 @@ use phyxel_integrate::ForceLaw;
 use phyxel_mls::{Approximation, Basis, GradientStencils, Kernel, ShapeScratch};
 
 use super::plate::Plate;
-use super::{POISSON, YOUNG, stress};
+use super::{shear_modulus, stress};
 use crate::problems::elements::{displacements, linear_forces};
 
 /// Nodes nearer than this to a tip, in spacings, have the basis.
@@ -147,7 +147,7 @@ impl ForceLaw for Mechanics<'_> {
     fn tangent_product_into(&mut self, vector: &[DVec3], product: &mut [DVec3]) {
         let (block, stencils) = (&self.body.block, self.stencils);
         let graph = &block.graph;
-        let mu = YOUNG / (2.0 * (1.0 + POISSON));
+        let mu = shear_modulus();
         product.fill(DVec3::ZERO);
         for (i, x) in block.rest.iter().enumerate() {
             let volume = stencils.volumes[i];

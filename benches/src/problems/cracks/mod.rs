@@ -5,6 +5,7 @@ mod field;
 mod intrinsic;
 mod plate;
 mod problems;
+pub mod references;
 
 use glam::DMat3;
 
@@ -17,11 +18,20 @@ pub const YOUNG: f64 = 1000.0;
 /// See [`YOUNG`].
 pub const POISSON: f64 = 0.3;
 
+/// Plane strain modulus (Pa).
+pub fn plane_modulus() -> f64 {
+    YOUNG / (1.0 - POISSON * POISSON)
+}
+
+/// Shear modulus (Pa).
+pub fn shear_modulus() -> f64 {
+    YOUNG / (2.0 * (1.0 + POISSON))
+}
+
 /// Stress (Pa) of linear elasticity with [`YOUNG`] and [`POISSON`] at a displacement gradient.
-#[must_use]
 pub fn stress(gradient: DMat3) -> DMat3 {
     let strain = 0.5 * (gradient + gradient.transpose());
-    let mu = YOUNG / (2.0 * (1.0 + POISSON));
+    let mu = shear_modulus();
     let lame = YOUNG * POISSON / ((1.0 + POISSON) * (1.0 - 2.0 * POISSON));
     let trace = strain.x_axis.x + strain.y_axis.y + strain.z_axis.z;
     2.0 * mu * strain + lame * trace * DMat3::IDENTITY

@@ -55,7 +55,6 @@ impl Plate {
     }
 
     /// Whether a point is in the box.
-    #[must_use]
     pub fn inside(&self, p: DVec3) -> bool {
         p.cmpge(self.low).all() && p.cmple(self.high).all()
     }
@@ -70,13 +69,11 @@ impl Plate {
     }
 
     /// No cut yet, for cuts of this box.
-    #[must_use]
     pub fn cuts(&self) -> Cuts {
         Cuts::new(&CutSettings::for_spacing(self.spacing))
     }
 
     /// Nodal forces (N) of a tension of 1 Pa on the two sides of the box across an axis.
-    #[must_use]
     pub fn tension(&self, axis: DVec3) -> Vec<DVec3> {
         let edge = 1e-9 * self.spacing;
         let (top, bottom) = (self.high.dot(axis) - edge, self.low.dot(axis) + edge);

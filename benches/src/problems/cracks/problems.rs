@@ -6,8 +6,10 @@ use glam::DVec3;
 use phyxel_enrich::Cuts;
 
 use super::cut_body::{CutBody, Form};
-use super::field::{plane_modulus, stress_intensities};
+use super::field::stress_intensities;
+use super::plane_modulus;
 use super::plate::Plate;
+use super::references::edge_intensity;
 use crate::StudyError;
 
 /// Results relative to their references, and the times (s) of set-up, factors and rows.
@@ -87,12 +89,11 @@ pub fn edge_crack(
     let u = cut.solve(&body.tension(DVec3::Y), |_| IN_PLANE)?;
     let gradients = cut.gradients(&u);
     let k = stress_intensities(&cut, &gradients, tip, DVec3::X, 6.0_f64.min(0.3 / dx) * dx);
-    let shape = 1.12 - 0.231 * a + 10.55 * a.powi(2) - 21.72 * a.powi(3) + 30.39 * a.powi(4);
     let opening_shape = (1.46 + 3.42 * (1.0 - (0.5 * PI * a).cos())) / (0.5 * PI * a).cos().powi(2);
     let at = DVec3::new(0.0, y, 0.5 * dx);
     let mouth = cut.opening(&cuts, &u, &gradients, at, DVec3::Y);
     Ok(Some(Ratios {
-        first: k[0] / (shape * (PI * a).sqrt()),
+        first: k[0] / edge_intensity(a),
         second: mouth / (4.0 * a * opening_shape / plane_modulus()),
         seconds: cut.seconds,
         nodes: u.len(),

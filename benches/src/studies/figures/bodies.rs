@@ -10,7 +10,7 @@ use phyxel_splat::{
 
 use super::Drawn;
 use crate::studies::chapter6::{MODELS, STATES, overrides};
-use crate::studies::splat::stills::middle;
+use crate::studies::splat::{spacing, stills::middle};
 use crate::{Effort, StudyError};
 
 /// Size (pixels) of a picture.
@@ -126,12 +126,7 @@ fn play(name: &str, model: &str, looks: &[Look], effort: Effort) -> Result<Vec<D
         ..Pictures::default()
     };
     let mut world = World::new(scene)?;
-    let spacing = {
-        let painter = Painter::new(&world, &plain)?;
-        let (_, _, areas) = painter.surfels(0);
-        let count = areas.len() as f64;
-        (areas.iter().sum::<f64>() / count).sqrt()
-    };
+    let spacing = spacing(&Painter::new(&world, &plain)?);
     let painters = looks.iter().map(|look| {
         let mut view = view;
         if let View::Around { zoom, .. } = &mut view {

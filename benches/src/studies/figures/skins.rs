@@ -10,7 +10,7 @@ use phyxel_splat::{
 use super::Drawn;
 use super::canvas::{Image, View};
 use crate::StudyError;
-use crate::studies::splat::at_rest;
+use crate::studies::splat::{at_rest, implicit};
 
 /// Splats (m) in a plane, each of its colour.
 fn flat(places: &[DVec2], colors: &[Vec3], mode: DrawMode) -> Result<Frame, StudyError> {
@@ -43,31 +43,22 @@ pub(super) fn draw() -> Result<Vec<Drawn>, StudyError> {
         Vec3::new(0.1, 0.2, 0.7),
     );
     let at = DVec2::new;
-    let one = ([at(0.0, 0.0)], [red]);
-    let three = (
-        [at(-0.5, -0.3), at(0.5, -0.3), at(0.0, 0.5)],
-        [red, green, blue],
-    );
+    let three = [at(-0.5, -0.3), at(0.5, -0.3), at(0.0, 0.5)];
+    let colors = [red, green, blue];
+    let one = (43, &[DVec2::ZERO][..], &colors[..1]);
+    let three = (45, &three[..], &colors[..]);
     let mut drawn = Vec::new();
-    for (number, mode, caption) in [
-        (43, DrawMode::SinglePass, "one splat, weighted"),
-        (43, DrawMode::Disks, "the same, not weighted"),
+    for ((number, places, colors), mode, caption) in [
+        (one, DrawMode::SinglePass, "one splat, weighted"),
+        (one, DrawMode::Disks, "the same, not weighted"),
+        (three, DrawMode::Disks, "three disks"),
+        (three, DrawMode::SinglePass, "blended from back to front"),
+        (three, DrawMode::ThreePass, "blended in three passes"),
     ] {
         drawn.push(Drawn {
             number,
             caption: caption.to_owned(),
-            frame: flat(&one.0, &one.1, mode)?,
-        });
-    }
-    for (mode, caption) in [
-        (DrawMode::Disks, "three disks"),
-        (DrawMode::SinglePass, "blended from back to front"),
-        (DrawMode::ThreePass, "blended in three passes"),
-    ] {
-        drawn.push(Drawn {
-            number: 45,
-            caption: caption.to_owned(),
-            frame: flat(&three.0, &three.1, mode)?,
+            frame: flat(places, colors, mode)?,
         });
     }
     drawn.extend(twisted()?);
@@ -81,7 +72,7 @@ fn samples() -> Result<Vec<Drawn>, StudyError> {
     let ball = Primitive::Ellipsoid {
         semi_axes: DVec3::splat(0.36),
     };
-    let solid = Solid::implicit(ball.bounds(), move |p| ball.value(p));
+    let solid = implicit(ball);
     let surfels = sample_surfels(&surface_mesh(&solid, 0.03)?, 2_500, Some(&solid));
     let tissue = at_rest(&surfels, RadiusRule::Covering)?;
     let edge = |x: f64, y: f64| [DVec3::new(x, y, -0.5), DVec3::new(x, y + 0.06, 0.5)];
@@ -146,7 +137,7 @@ fn samples() -> Result<Vec<Drawn>, StudyError> {
 fn twisted() -> Result<Vec<Drawn>, StudyError> {
     let half = DVec3::new(0.035, 0.035, 0.105);
     let bar = Primitive::Box { half_extents: half };
-    let solid = Solid::implicit(bar.bounds(), move |p| bar.value(p));
+    let solid = implicit(bar);
     let surfels = sample_surfels(&surface_mesh(&solid, 0.004)?, 6_000, Some(&solid));
     // Nodes 17.5 mm apart, those of the surface half of it below.
     let along =

@@ -170,7 +170,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
             linear "distance from the middle (contact radii)",
             linear "pressure over Hertz's largest (1)" => space::pressures(&spaces);
     ];
-    plots.push(by_control);
+    plots.extend(by_control);
     Ok(Report {
         pictures: vec![picture],
         ..Report::new(&WORDS, tables, plots)

@@ -4,11 +4,11 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
-use crate::problems::elements::Order;
+use crate::problems::elements::{Order, displacements};
 use crate::problems::indentation::{Press, SMALL, SOFT, SPHERES, cube_lattice, held, on_top};
 use crate::problems::model::{ElasticBody, small_displacements};
 use crate::problems::reference::{Reference, pulled};
-use crate::report::{Plot, Series, Table, log, row};
+use crate::report::{Plot, Series, Table, plots, row};
 use crate::{Effort, StudyError};
 
 pub(super) const WORDS: &str = "The table of alternation asks where the norm comes from: first a smooth \
@@ -103,9 +103,8 @@ fn trilinear(cells: u32, load: Load, top: &dyn Fn(DVec3) -> DVec3) -> Result<Fou
 fn pressed<B: phyxel_integrate::ForceLaw>(mut press: Press<B>) -> Result<Found, StudyError> {
     let (radius, depth) = SPHERES[1];
     press.press(radius / SMALL, depth * SMALL, super::TOLERANCE)?;
-    let moved = press.positions.iter().zip(&press.rest);
     Ok(Found {
-        moved: moved.map(|(x, rest)| *x - *rest).collect(),
+        moved: displacements(&press.positions, &press.rest),
         rest: press.rest,
     })
 }
@@ -158,7 +157,10 @@ impl Found {
 }
 
 /// The errors of all loads and models over cells; `reference` stands as the sphere left it.
-pub(super) fn table(effort: Effort, reference: &Reference) -> Result<(Table, Plot), StudyError> {
+pub(super) fn table(
+    effort: Effort,
+    reference: &Reference,
+) -> Result<(Table, Vec<Plot>), StudyError> {
     let sizes: &[u32] = effort.choose(&[9, 17, 25], &[6, 12]);
     let by_smooth = reference.with_top(smooth)?;
     let by_sphere = |x: DVec3| reference.displacement(x);
@@ -207,12 +209,9 @@ pub(super) fn table(effort: Effort, reference: &Reference) -> Result<(Table, Plo
         "load; model; nodes (1); error inside (%); order (1); averaged (%)",
         rows,
     );
-    let plot = Plot::new(
-        "alternating",
-        "Error inside with the reference's displacements given on the top",
-        log("nodes"),
-        log("error over displacements (%)"),
-        curves,
-    );
-    Ok((table, plot))
+    let plots = plots![
+        "alternating" "Error inside with the reference's displacements given on the top",
+            log "nodes", log "error over displacements (%)" => curves;
+    ];
+    Ok((table, plots))
 }

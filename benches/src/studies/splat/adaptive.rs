@@ -4,10 +4,10 @@ use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
 use phyxel_discretize::{Bounds, Primitive, Solid, SurfaceSamples, surface_mesh};
-use phyxel_splat::{Camera, RadiusRule, Splats, covering_radii};
+use phyxel_splat::{RadiusRule, Splats, covering_radii};
 
 use super::exact::{Difference, Exact, mean_square};
-use super::{at_rest, plain_renderer};
+use super::{at_rest, implicit, plain_renderer};
 use crate::report::{Table, row};
 use crate::{Effort, StudyError};
 use phyxel::scene::SurfelSpacing;
@@ -20,10 +20,7 @@ const EDGE: f64 = 0.03;
 
 /// Bodies about 2 m large: one whose curvature is the same everywhere, and others.
 fn bodies() -> Vec<(&'static str, Solid)> {
-    let ellipsoid = |semi_axes: DVec3| {
-        let shape = Primitive::Ellipsoid { semi_axes };
-        Solid::implicit(shape.bounds(), move |p| shape.value(p))
-    };
+    let ellipsoid = |semi_axes| implicit(Primitive::Ellipsoid { semi_axes });
     let round = |half: DVec3, edge: f64| {
         let bounds = Bounds::new(-half, half);
         Solid::implicit(bounds, move |p| {
@@ -56,11 +53,7 @@ pub(crate) fn table(effort: Effort) -> Result<Table, StudyError> {
     );
     let mut rows = Vec::new();
     for (body, solid) in bodies() {
-        let bounds = solid.bounds();
-        let view = DVec3::new(-0.5, 0.8, -0.7);
-        let aspect = f64::from(width) / f64::from(height);
-        let camera = Camera::framing(bounds.min, bounds.max, view, DVec3::Z, aspect);
-        let exact = Exact::of(&solid, &camera, width as usize, height as usize);
+        let (camera, exact) = Exact::framed(&solid, width, height);
         let drawn = |surfels: &SurfaceSamples, radius| -> Result<Difference, StudyError> {
             let tissue = at_rest(surfels, radius)?;
             let splats = Splats::at_rest(tissue.surfels());

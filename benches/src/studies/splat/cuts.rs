@@ -5,6 +5,7 @@ use phyxel_splat::{
 };
 
 use super::sheet::{Panel, sheet};
+use super::spacing;
 use crate::report::Picture;
 use crate::studies::chapter6::overrides;
 use crate::{Effort, StudyError};
@@ -117,12 +118,7 @@ fn played(play: &Play, effort: Effort) -> Result<Picture, StudyError> {
     };
     let duration = scene.integration.duration;
     let mut world = World::new(scene)?;
-    let spacing = {
-        let painter = Painter::new(&world, &pictures)?;
-        let (_, _, areas) = painter.surfels(0);
-        let count = areas.len() as f64;
-        (areas.iter().sum::<f64>() / count).sqrt()
-    };
+    let spacing = spacing(&Painter::new(&world, &pictures)?);
     let styles = styles(spacing);
     let mut painters = styles
         .iter()

@@ -7,7 +7,7 @@ use phyxel_discretize::{Bounds, Primitive, Solid, SurfaceSamples, sample_surfels
 use phyxel_splat::{Camera, Frame, Lens, Measure, RadiusRule, Splats, Tissue};
 use rayon::prelude::*;
 
-use super::{at_rest, plain_renderer};
+use super::{at_rest, implicit, plain_renderer};
 use crate::report::{Report, Table, add_point, median_time, plots, row};
 use crate::{Effort, StudyError};
 
@@ -23,33 +23,17 @@ const FOLD: f64 = 0.2;
 /// Pictures of which the median time is taken.
 const PICTURES: usize = 5;
 
-/// A body whose signed distance is exact.
-struct Body {
-    name: &'static str,
-    solid: Solid,
-}
-
-fn bodies() -> Vec<Body> {
-    let shape = |shape: Primitive| Solid::implicit(shape.bounds(), move |p| shape.value(p));
-    let ball = Body {
-        name: "ball",
-        solid: shape(Primitive::Ellipsoid {
-            semi_axes: DVec3::ONE,
-        }),
-    };
+/// Bodies whose signed distances are exact.
+fn bodies() -> [(&'static str, Solid); 3] {
+    let semi_axes = DVec3::ONE;
     let half = DVec3::new(RING + TUBE, RING + TUBE, TUBE);
-    let bounds = Bounds::new(-half, half);
-    let torus = Body {
-        name: "torus",
-        solid: Solid::implicit(bounds, |p| (p.truncate().length() - RING).hypot(p.z) - TUBE),
-    };
-    let block = Body {
-        name: "box",
-        solid: shape(Primitive::Box {
-            half_extents: DVec3::new(0.8, 0.6, 0.7),
-        }),
-    };
-    vec![ball, torus, block]
+    let ring = |p: DVec3| (p.truncate().length() - RING).hypot(p.z) - TUBE;
+    let half_extents = DVec3::new(0.8, 0.6, 0.7);
+    [
+        ("ball", implicit(Primitive::Ellipsoid { semi_axes })),
+        ("torus", Solid::implicit(Bounds::new(-half, half), ring)),
+        ("box", implicit(Primitive::Box { half_extents })),
+    ]
 }
 
 /// What a ray through a pixel meets.
@@ -67,7 +51,17 @@ pub(crate) struct Exact {
 }
 
 impl Exact {
-    pub(crate) fn of(solid: &Solid, camera: &Camera, width: usize, height: usize) -> Self {
+    /// A solid in a frame of `width` x `height` pixels, and the camera that sees it.
+    pub(crate) fn framed(solid: &Solid, width: u32, height: u32) -> (Camera, Self) {
+        let bounds = solid.bounds();
+        let view = DVec3::new(-0.5, 0.8, -0.7);
+        let aspect = f64::from(width) / f64::from(height);
+        let camera = Camera::framing(bounds.min, bounds.max, view, DVec3::Z, aspect);
+        let exact = Self::of(solid, &camera, width as usize, height as usize);
+        (camera, exact)
+    }
+
+    fn of(solid: &Solid, camera: &Camera, width: usize, height: usize) -> Self {
         let Lens::Perspective { focal } = camera.lens else {
             unreachable!("the study's camera is one with perspective");
         };
@@ -242,18 +236,14 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
         (&[1_000, 3_000, 10_000, 30_000, 100_000], 640, 480),
         (&[1_000, 5_000], 320, 240),
     );
-    let aspect = f64::from(width) / f64::from(height);
     let mut rows = Vec::new();
     // Of each rule surfels, time of a picture, errors of normals, depth and outline.
     let mut of_ball: Vec<(&str, [f64; 5])> = Vec::new();
-    for body in bodies() {
-        let bounds = body.solid.bounds();
-        let view = DVec3::new(-0.5, 0.8, -0.7);
-        let camera = Camera::framing(bounds.min, bounds.max, view, DVec3::Z, aspect);
-        let exact = Exact::of(&body.solid, &camera, width as usize, height as usize);
-        let mesh = surface_mesh(&body.solid, 0.06)?;
+    for (body, solid) in bodies() {
+        let (camera, exact) = Exact::framed(&solid, width, height);
+        let mesh = surface_mesh(&solid, 0.06)?;
         for &count in counts {
-            let surfels = sample_surfels(&mesh, count, Some(&body.solid));
+            let surfels = sample_surfels(&mesh, count, Some(&solid));
             let area: f64 = surfels.areas.iter().sum();
             for (rule, radius) in rules(&surfels) {
                 let tissue = at_rest(&surfels, radius)?;
@@ -267,7 +257,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
                 let [drawn, least] = standing_out(&tissue, area, &camera, height);
                 let disks: f64 = tissue.surfels().radii.iter().map(|r| PI * r * r).sum();
                 rows.push(row![
-                    body.name,
+                    body,
                     rule,
                     surfels.positions.len(),
                     disks / area,
@@ -280,7 +270,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
                     drawn,
                     least
                 ]);
-                if body.name == "ball" {
+                if body == "ball" {
                     let n = surfels.positions.len() as f64;
                     let errors = [found.normal, 1e3 * found.depth, 100.0 * found.outline];
                     of_ball.push((rule, [n, 1e3 * seconds, errors[0], errors[1], errors[2]]));

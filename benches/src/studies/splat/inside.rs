@@ -2,39 +2,23 @@
 
 use glam::{DMat3, DVec3};
 use phyxel_discretize::{Bounds, Primitive, Solid, sample_surfels, surface_mesh};
-use phyxel_splat::{Tissue, TissueSettings};
+use phyxel_splat::RadiusRule;
 
+use super::{at_rest, implicit};
 use crate::report::{Cell, Table, median_time, row};
 use crate::{Effort, StudyError};
 use testkit::cloud::Random;
 
 /// Solids with the longest edge of their surface mesh (m).
 fn bodies() -> Vec<(&'static str, Solid, f64)> {
-    let cuboid = |half_extents: DVec3| {
-        let shape = Primitive::Box { half_extents };
-        Solid::implicit(shape.bounds(), move |p| shape.value(p))
-    };
-    let ball = Primitive::Ellipsoid {
-        semi_axes: DVec3::ONE,
-    };
-    let liver = Primitive::Liver;
+    let cuboid = |half_extents| implicit(Primitive::Box { half_extents });
+    let plate = cuboid(DVec3::new(1.0, 1.0, 0.02));
+    let semi_axes = DVec3::ONE;
     vec![
-        (
-            "ball",
-            Solid::implicit(ball.bounds(), move |p| ball.value(p)),
-            0.06,
-        ),
+        ("ball", implicit(Primitive::Ellipsoid { semi_axes }), 0.06),
         ("box", cuboid(DVec3::new(0.8, 0.6, 0.7)), 0.06),
-        (
-            "plate, 1/50 thick",
-            cuboid(DVec3::new(1.0, 1.0, 0.02)),
-            0.03,
-        ),
-        (
-            "liver",
-            Solid::implicit(liver.bounds(), move |p| liver.value(p)),
-            0.004,
-        ),
+        ("plate, 1/50 thick", plate, 0.03),
+        ("liver", implicit(Primitive::Liver), 0.004),
     ]
 }
 
@@ -58,13 +42,7 @@ pub(crate) fn table(effort: Effort) -> Result<Table, StudyError> {
     for (name, solid, edge) in bodies() {
         let mesh = surface_mesh(&solid, edge)?;
         let samples = sample_surfels(&mesh, surfels, Some(&solid));
-        let tissue = Tissue::new(
-            &samples.positions,
-            &samples.normals,
-            &samples.areas,
-            &[DVec3::ZERO],
-            &TissueSettings::default(),
-        )?;
+        let tissue = at_rest(&samples, RadiusRule::default())?;
         let spacing = (mesh.area() / samples.positions.len() as f64).sqrt();
         let points = points(solid.bounds(), count);
         let near: Vec<bool> = points

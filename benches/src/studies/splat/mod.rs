@@ -10,7 +10,8 @@ mod speed;
 pub(super) mod stills;
 
 use glam::DVec3;
-use phyxel_discretize::SurfaceSamples;
+use phyxel_cli::picture::Painter;
+use phyxel_discretize::{Primitive, Solid, SurfaceSamples};
 use phyxel_splat::{RadiusRule, RenderSettings, Renderer, Tissue, TissueSettings};
 
 use crate::report::Report;
@@ -32,6 +33,18 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
             .to_owned(),
     );
     Ok(report)
+}
+
+/// The solid of a shape's own function.
+pub(super) fn implicit(shape: Primitive) -> Solid {
+    Solid::implicit(shape.bounds(), move |p| shape.value(p))
+}
+
+/// Mean distance (m) of the surfels of a painter's first body.
+pub(super) fn spacing(painter: &Painter) -> f64 {
+    let (_, _, areas) = painter.surfels(0);
+    let count = areas.len() as f64;
+    (areas.iter().sum::<f64>() / count).sqrt()
 }
 
 /// Draws one sample a pixel and keeps the normals, to be compared with exact pictures.

@@ -11,8 +11,9 @@ use phyxel_splat::{
     measures,
 };
 
-use super::at_rest;
+use super::exact::mean_square;
 use super::sheet::{Panel, sheet};
+use super::{at_rest, implicit};
 use crate::report::Picture;
 use crate::{Effort, StudyError};
 
@@ -25,7 +26,6 @@ struct Model {
 }
 
 fn models() -> [Model; 2] {
-    let implicit = |shape: Primitive| Solid::implicit(shape.bounds(), move |p| shape.value(p));
     [
         Model {
             solid: implicit(Primitive::Liver),
@@ -222,7 +222,7 @@ fn radii(sizes: &Sizes) -> Result<Frame, StudyError> {
     let model = &models()[1];
     let covering = Actor::new(model, sizes.few, RadiusRule::Covering, sizes.frame)?;
     let r = &covering.tissue.surfels().radii;
-    let mean = (r.iter().map(|r| r * r).sum::<f64>() / r.len().max(1) as f64).sqrt();
+    let mean = mean_square(r).sqrt();
     let largest = r.iter().copied().fold(0.0, f64::max);
     let mapped = RadiusRule::Mapped {
         measure: Measure::Curvature,
