@@ -1,7 +1,7 @@
 //! The validation suite: scenes whose outcome is known or bounded, run through [`phyxel::World`] as a
 //! user would run them, and the figures that say whether what must hold did hold.
 //!
-//! A scene is run by [`run`], which watches every step and gives a [`Row`]; [`batch::run_all`] runs
+//! A scene is run by `watch::run`, which watches every step and gives a `Row`; `batch::run_all` runs
 //! many and writes them as CSV. `cargo run --release -p benches -- NAME` runs one study.
 //!
 //! What leaves this crate is the command, and the body that the bench `integrate` moves.

@@ -1,4 +1,4 @@
-//! `cargo run --release -p benches -- NAME [--quick] [--out DIR]`: see [`benches::main`].
+//! `cargo run --release -p benches -- NAME [--quick] [--out DIR]`: see `benches::main`.
 
 use std::process::ExitCode;
 

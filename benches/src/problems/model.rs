@@ -89,7 +89,7 @@ impl ElasticBody {
         Self::new(&nodes, &tetrahedra, solid, control)
     }
 
-    /// The dissertation's model on the same nodes: see [`dissertation`].
+    /// The dissertation's model on the same nodes: see `dissertation`.
     ///
     /// # Errors
     /// [`StudyError`] if there are no stencils on these nodes.
