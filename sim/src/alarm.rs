@@ -105,7 +105,7 @@ impl World {
             return;
         };
         let body = |number: u32| &self.members[number as usize].body;
-        let deepest = contact.between().iter().filter_map(|sum| {
+        let deepest = contact.contact.between().iter().filter_map(|sum| {
             let [a, b] = sum.bodies.map(body);
             let depth = sum.penetration / a.spacing.min(b.spacing);
             let what = if a.name == b.name {

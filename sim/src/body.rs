@@ -3,27 +3,33 @@
 use std::time::{Duration, Instant};
 
 use glam::{DMat3, DVec3};
-use phyxel_discretize::{MeshReport, Solid, boundary_triangles};
+use phyxel_discretize::{MeshReport, Solid, boundary_triangles, nodal_surface_areas};
 use phyxel_elastic::Elastic;
 use phyxel_enrich::{CutRule, Factors};
 use phyxel_integrate::{
     Applied, BoundaryConditions, ContactSurface, Eigenvalue, EigenvalueSettings, Grip, MassScaling,
-    Motion, MotionSettings, StepError, StiffnessTracker, critical_step, largest_eigenvalue,
-    radial_start, scale_masses,
+    Motion, MotionSettings, NewtonSettings, StaticLoad, StepError, StiffnessTracker, critical_step,
+    radial_start, scale_masses, solve_static,
 };
 use phyxel_mls::{GradientStencils, Neighborhoods};
 
-use crate::contact_surface::{SurfaceNodes, contact_surface_of};
-use crate::error::{BodyProblem, WorldError};
+use crate::error::{BodyProblem, WorldError, in_body};
 use crate::model::{Built, build};
 use crate::scene::{self, Scene};
-use crate::scheme::{Stepper, Timed, equilibrium};
+use crate::scheme::{Stepper, Timed};
 use crate::shares::Shared;
 use crate::support::supports_of;
 use crate::tool::ToolContact;
 
+/// Contact points along a side of a surface triangle: enough for contacts of two spacings.
+const DIVISIONS: u32 = 4;
 /// Room above the power iteration's estimate, which comes from below.
 const EIGENVALUE_MARGIN: f64 = 0.05;
+
+/// Unbalanced force, relative, at which an equilibrium is found.
+const AT_REST: f64 = 1e-6;
+/// Load steps to begin with; those that fail are halved.
+const LOAD_STEPS: u32 = 4;
 
 /// How the eigenvalue of a body at rest is estimated, and with fewer products later on.
 pub(crate) fn first_estimate() -> EigenvalueSettings {
@@ -94,8 +100,9 @@ pub struct Body {
     pub(crate) cut_rule: CutRule,
     /// Triangles of the outside, which tools touch; none in a scene without tools.
     pub(crate) surface_triangles: Vec<[u32; 3]>,
-    /// What tools touch where there are no tetrahedra, in a scene with tools.
-    pub(crate) surface_nodes: Option<SurfaceNodes>,
+    /// What tools touch where there are no tetrahedra, in a scene with tools: nodes on the surface, each with the area
+    /// (m²) nearest to it.
+    surface_nodes: Option<(Vec<u32>, Vec<f64>)>,
     /// What contact between bodies adds to the largest eigenvalue (1/s²) at most.
     pub(crate) contact_eigenvalue: f64,
     /// The patch that a hand holds.
@@ -122,24 +129,11 @@ impl Body {
     /// [`WorldError`] with the body's name.
     pub fn new(scene: &Scene, description: &scene::Body) -> Result<Self, WorldError> {
         let built = Self::build(scene, description).and_then(|mut body| {
-            let Self {
-                elastic,
-                masses,
-                motion,
-                eigenvector,
-                ..
-            } = &mut body;
-            let found = largest_eigenvalue(
-                masses,
-                motion.supports(),
-                |v, out| elastic.tangent_product_into(v, out),
-                eigenvector,
-                &first_estimate(),
-            )?;
+            let found = body.whole_eigenvalue(&first_estimate())?;
             body.take_first_eigenvalue(found, description.damping_ratio)?;
             Ok(body)
         });
-        built.map_err(|problem| problem.named(&description.name))
+        in_body(built, &description.name)
     }
 
     /// Takes the eigenvalue of the body at rest, without which it has no step.
@@ -180,8 +174,7 @@ impl Body {
         let supports = supports_of(scene, description, &rest, None);
         elastic.set_held(&held_nodes(&supports));
         // Stretching stiffens; the estimate is taken at rest and the step factor leaves the room.
-        let mut forces = vec![DVec3::ZERO; rest.len()];
-        elastic.forces_into(&rest, &mut forces);
+        evaluate(&mut elastic, &rest);
         let mass_scaling = (description.moved_mass > 0.0)
             .then(|| {
                 scale_masses(
@@ -214,7 +207,7 @@ impl Body {
         };
         let covered = tetrahedra.is_empty() && !scene.tools.is_empty();
         let surface_nodes = covered
-            .then(|| SurfaceNodes::new(&solid, &rest, &sampled.outer, spacing))
+            .then(|| surface_nodes(&solid, &rest, &sampled.outer, spacing))
             .transpose()?;
         Ok(Self {
             fingerprint: fingerprint(&rest),
@@ -330,26 +323,33 @@ impl Body {
     }
 
     /// Adds a velocity (m/s) to that of all its nodes.
-    pub(crate) fn begin_with(&mut self, velocity: DVec3) -> Result<(), WorldError> {
+    pub(crate) fn begin_with(&mut self, velocity: DVec3) -> Result<(), BodyProblem> {
         let velocities = self.motion.velocities().iter().map(|v| *v + velocity);
         let velocities: Vec<DVec3> = velocities.collect();
-        let set = self.motion.set_velocities(&velocities);
-        set.map_err(|problem| BodyProblem::from(problem).of(self))?;
-        let elastic = &mut self.elastic;
-        let evaluated = self.motion.refresh(|x, f| elastic.forces_into(x, f));
-        evaluated.map_err(|problem| BodyProblem::from(problem).of(self))?;
+        self.motion.set_velocities(&velocities)?;
+        self.refresh()?;
         self.moved_here();
         Ok(())
     }
 
     /// Moves the nodes to where they are in equilibrium with constant `loads` (N), viscosity at rest.
     pub(crate) fn come_to_rest(&mut self, loads: &[DVec3]) -> Result<(), BodyProblem> {
-        let supports = self.motion.supports().clone();
         self.elastic.begin_viscous_step(f64::INFINITY);
-        let found = equilibrium(&mut self.elastic, &self.rest, &supports, loads);
-        let positions = found.inspect_err(|_| self.elastic.begin_viscous_step(0.0))?;
-        self.elastic
-            .forces_into(&positions, &mut vec![DVec3::ZERO; positions.len()]);
+        let mut positions = self.rest.clone();
+        let load = StaticLoad {
+            forces: loads,
+            steps: LOAD_STEPS,
+            ..StaticLoad::default()
+        };
+        let law = &mut Timed {
+            elastic: &mut self.elastic,
+            in_forces: &mut Duration::default(),
+        };
+        let settings = NewtonSettings::with_tolerance(AT_REST);
+        let supports = self.motion.supports();
+        let found = solve_static(law, &mut positions, supports, &load, &settings);
+        found.inspect_err(|_| self.elastic.begin_viscous_step(0.0))?;
+        evaluate(&mut self.elastic, &positions);
         self.elastic.end_viscous_step();
         self.elastic.begin_viscous_step(0.0);
         self.motion.set_positions(&positions)?;
@@ -364,13 +364,18 @@ impl Body {
         stiffness: StiffnessTracker,
         eigenvector: Vec<DVec3>,
     ) {
-        let mut forces = vec![DVec3::ZERO; self.rest.len()];
-        self.elastic.forces_into(&motion.positions, &mut forces);
+        evaluate(&mut self.elastic, &motion.positions);
         self.motion.restore(motion);
         self.rebuilt_here();
         self.stiffness = stiffness;
         self.eigenvector = eigenvector;
         self.turned_here();
+    }
+
+    /// Evaluates the forces again; the energy's jump (J) is recorded.
+    pub(crate) fn refresh(&mut self) -> Result<f64, StepError> {
+        let elastic = &mut self.elastic;
+        self.motion.refresh(|x, f| elastic.forces_into(x, f))
     }
 
     /// Evaluates the forces again after rows of the model changed; the energy's jump (J) is recorded.
@@ -379,18 +384,19 @@ impl Body {
         self.motion.refresh(|x, f| elastic.forces_again(x, f))
     }
 
-    /// Contact points on its outside, with the factors of its cuts.
+    /// Contact points on its outside, with the factors of its cuts: a triangle is torn if two of its corners no longer
+    /// hold together.
     pub(crate) fn contact_surface(
         &self,
         factors: Option<&Factors>,
     ) -> Result<ContactSurface, BodyProblem> {
+        let (rest, outside) = (&self.rest, &self.surface_triangles);
         let holds = |a: u32, b: u32| self.holds(factors, a, b);
-        contact_surface_of(
-            self.surface_nodes.as_ref(),
-            &self.surface_triangles,
-            &self.rest,
-            holds,
-        )
+        Ok(match &self.surface_nodes {
+            // No node's area spans a gap.
+            Some((nodes, areas)) => ContactSurface::from_nodes(nodes, areas, rest.len())?,
+            None => ContactSurface::from_torn_triangles(outside, rest, DIVISIONS, holds)?,
+        })
     }
 
     /// How many triangles of its outside cuts have torn; what is torn stays so.
@@ -414,11 +420,29 @@ impl Body {
     }
 }
 
+/// Covers the surface of `solid` by its `outer` nodes: those with an area (m²), and the areas.
+fn surface_nodes(
+    solid: &Solid,
+    rest: &[DVec3],
+    outer: &[u32],
+    spacing: f64,
+) -> Result<(Vec<u32>, Vec<f64>), BodyProblem> {
+    let places: Vec<DVec3> = outer.iter().map(|&node| rest[node as usize]).collect();
+    let areas = nodal_surface_areas(solid, &places, spacing)?;
+    let covered = outer.iter().copied().zip(areas);
+    Ok(covered.filter(|&(_, area)| area > 0.0).unzip())
+}
+
 /// Nodes that supports keep where they are.
 fn held_nodes(supports: &BoundaryConditions) -> Vec<u32> {
     let held = supports.entries().iter();
     let held = held.filter(|support| support.free == DMat3::ZERO && support.path.is_none());
     held.map(|support| support.node).collect()
+}
+
+/// Brings a model to positions (m).
+pub(crate) fn evaluate(elastic: &mut Elastic, positions: &[DVec3]) {
+    elastic.forces_into(positions, &mut vec![DVec3::ZERO; positions.len()]);
 }
 
 /// Mean length (m) of all pairs.

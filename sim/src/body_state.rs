@@ -5,8 +5,7 @@ use phyxel_integrate::{Grip, StiffnessTracker};
 use serde::{Deserialize, Serialize};
 
 use crate::Member;
-use crate::cutting::{Cutting, OpenStroke};
-use crate::energy::CutEnergy;
+use crate::cutting::{CutState, Cutting};
 use crate::tool::ToolContact;
 
 /// What moves in a body, and what watches over it.
@@ -19,11 +18,7 @@ pub(crate) struct BodyState {
     pub(crate) eigenvector: Vec<DVec3>,
     pub(crate) smallest_ratio: f64,
     pub(crate) doubt: Option<phyxel_integrate::Warning>,
-    pub(crate) growth: Option<f64>,
-    pub(crate) cut_energy: Option<CutEnergy>,
-    pub(crate) stroke_energies: Vec<CutEnergy>,
-    /// Blades that are in strokes.
-    pub(crate) strokes: Vec<OpenStroke>,
+    pub(crate) cut: CutState,
     /// What decays in the model, and its control.
     pub(crate) elastic: phyxel_elastic::State,
     /// Energy (J) that viscosity has lost.
@@ -38,26 +33,15 @@ impl BodyState {
     pub(crate) fn fits(&self, member: &Member) -> bool {
         let body = &member.body;
         let n = body.rest.len();
-        let cut = self.cut_energy.unwrap_or_default();
-        let numbers = [
-            self.relaxed,
-            self.growth.unwrap_or(1.0),
-            cut.released,
-            cut.added,
-            cut.largest_addition,
-            cut.decay,
-        ];
-        let mut numbers = numbers.iter().chain(&self.stiffness.indicators);
+        let mut numbers = self.stiffness.indicators.iter().chain([&self.relaxed]);
+        let mut estimates = self.stiffness.estimates.iter();
         body.motion.fits(&self.motion)
-            && self
-                .stiffness
-                .estimates
-                .iter()
-                .all(|value| value.is_finite() && *value >= 0.0)
+            && estimates.all(|value| value.is_finite() && *value >= 0.0)
             && (self.eigenvector.is_empty() || self.eigenvector.len() == n)
             && self.eigenvector.iter().all(|x| x.is_finite())
             && !self.smallest_ratio.is_nan()
             && numbers.all(|x| x.is_finite())
+            && self.cut.is_finite()
             && self.elastic.fits(&body.elastic)
             && self.contacts.len() == member.contacts.len()
             && (self.contacts.iter().zip(&member.contacts))
@@ -81,15 +65,7 @@ impl Member {
             eigenvector: body.eigenvector.clone(),
             smallest_ratio: body.smallest_ratio,
             doubt: body.doubt,
-            growth: cutting.as_ref().map(Cutting::growth),
-            strokes: cutting
-                .as_ref()
-                .map_or_else(Vec::new, Cutting::open_strokes),
-            cut_energy: cutting.as_ref().map(Cutting::energy),
-            stroke_energies: cutting.as_ref().map_or_else(Vec::new, |cutting| {
-                let strokes = cutting.by_stroke().iter();
-                strokes.map(|stroke| stroke.energy).collect()
-            }),
+            cut: cutting.as_ref().map(Cutting::state).unwrap_or_default(),
             elastic: body.elastic.state(),
             relaxed: body.relaxed,
             contacts: contacts.clone(),
@@ -108,13 +84,7 @@ impl Member {
         body.restore(state.motion, state.stiffness, state.eigenvector);
         self.contacts = state.contacts;
         if let Some(cutting) = &mut self.cutting {
-            if let Some(growth) = state.growth {
-                cutting.set_growth(growth);
-            }
-            if let Some(energy) = state.cut_energy {
-                cutting.set_energy(energy, &state.stroke_energies);
-            }
-            cutting.set_open_strokes(state.strokes);
+            cutting.set_state(state.cut);
         }
     }
 }

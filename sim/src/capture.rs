@@ -7,7 +7,7 @@ use crate::scene;
 use glam::DVec3;
 
 use crate::cutting::{CapturedEdge, CutUpdate};
-use crate::error::WorldError;
+use crate::error::{WorldError, in_body};
 use crate::input::StrokePhase;
 use crate::member::{Capture, Member};
 use crate::phases::Phase;
@@ -87,7 +87,7 @@ impl World {
         for (place, capture) in captures {
             let member = &mut self.members[place];
             let applied = member.apply(index, capture, phase);
-            let (update, sweep) = applied.map_err(|problem| problem.of(&member.body))?;
+            let (update, sweep) = in_body(applied, &member.body.name)?;
             changed |= !update.touched.is_empty();
             self.now.captured.push(Arc::new(CapturedEdge {
                 steps: member.body.motion.steps(),
@@ -112,7 +112,7 @@ impl World {
         let triangles = update.triangles;
         if let Some(contact) = &mut self.deformable {
             let grown = contact.grow(&self.members, member, &triangles);
-            grown.map_err(|problem| problem.of(&self.members[member].body))?;
+            in_body(grown, &self.members[member].body.name)?;
             // Its samples are others than a snapshot has.
             self.forget_kept();
         }

@@ -12,7 +12,7 @@ use crate::body::Body;
 use crate::energy::{CutEnergy, StrokeEnergy};
 use crate::error::BodyProblem;
 use crate::input::StrokePhase;
-use crate::stencils::elastic_stencils;
+use crate::model::elastic_stencils;
 
 /// Products with the stiffness of the part around a cut per estimate.
 const ESTIMATE_PRODUCTS: usize = 16;
@@ -52,17 +52,34 @@ struct Stroke {
     blade: Option<Blade>,
 }
 
-/// The blade of an open stroke, kept.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub(crate) struct OpenStroke {
-    cut: usize,
-    blade: Blade,
+/// What edges that are captured again do not say, kept; of a body that no blade has touched nothing.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub(crate) struct CutState {
+    growth: Option<f64>,
+    energy: Option<CutEnergy>,
+    by_stroke: Vec<CutEnergy>,
+    /// Cuts and blades of open strokes.
+    strokes: Vec<(usize, Blade)>,
 }
 
-impl OpenStroke {
-    /// Whether it can be resumed from.
+impl CutState {
+    /// Whether its strokes can be resumed in a body of so many nodes.
     pub(crate) fn is_sound(&self, nodes: usize) -> bool {
-        self.blade.is_sound(nodes)
+        self.strokes.iter().all(|(_, blade)| blade.is_sound(nodes))
+    }
+
+    /// Whether growth and energies in all are numbers.
+    pub(crate) fn is_finite(&self) -> bool {
+        let energy = self.energy.unwrap_or_default();
+        let CutEnergy {
+            released,
+            added,
+            largest_addition,
+            decay,
+        } = energy;
+        let growth = self.growth.unwrap_or(1.0);
+        let numbers = [growth, released, added, largest_addition, decay];
+        numbers.iter().all(|x| x.is_finite())
     }
 }
 
@@ -179,11 +196,34 @@ impl Cutting {
         &self.by_stroke
     }
 
-    pub(crate) fn set_energy(&mut self, energy: CutEnergy, by_stroke: &[CutEnergy]) {
-        self.energy = energy;
-        // Strokes that have begun since have changed nothing.
-        for (stroke, energy) in self.by_stroke.iter_mut().zip(by_stroke) {
-            stroke.energy = *energy;
+    /// What is kept.
+    pub(crate) fn state(&self) -> CutState {
+        let open = self.strokes.iter();
+        CutState {
+            growth: Some(self.growth),
+            energy: Some(self.energy),
+            by_stroke: self.by_stroke.iter().map(|stroke| stroke.energy).collect(),
+            strokes: open
+                .filter_map(|stroke| Some((stroke.cut, stroke.blade.clone()?)))
+                .collect(),
+        }
+    }
+
+    /// Takes it back once its edges are captured again; replayed strokes get their blades.
+    pub(crate) fn set_state(&mut self, state: CutState) {
+        self.growth = state.growth.unwrap_or(self.growth);
+        if let Some(energy) = state.energy {
+            self.energy = energy;
+            // Strokes that have begun since have changed nothing.
+            for (stroke, energy) in self.by_stroke.iter_mut().zip(state.by_stroke) {
+                stroke.energy = energy;
+            }
+        }
+        for (cut, blade) in state.strokes {
+            let open = self.strokes.iter_mut().find(|stroke| stroke.cut == cut);
+            if let Some(stroke) = open {
+                stroke.blade.get_or_insert(blade);
+            }
         }
     }
 
@@ -286,34 +326,6 @@ impl Cutting {
         Ok(())
     }
 
-    /// Blades of the open strokes.
-    pub(crate) fn open_strokes(&self) -> Vec<OpenStroke> {
-        let open = self.strokes.iter().filter_map(|stroke| {
-            Some(OpenStroke {
-                cut: stroke.cut,
-                blade: stroke.blade.clone()?,
-            })
-        });
-        open.collect()
-    }
-
-    /// Gives replayed strokes their blades back.
-    pub(crate) fn set_open_strokes(&mut self, open: Vec<OpenStroke>) {
-        for kept in open {
-            let stroke = self
-                .strokes
-                .iter_mut()
-                .find(|stroke| stroke.cut == kept.cut);
-            if let Some(stroke) = stroke {
-                stroke.blade.get_or_insert(kept.blade);
-            }
-        }
-    }
-
-    pub(crate) fn set_growth(&mut self, growth: f64) {
-        self.growth = growth;
-    }
-
     /// Begins a stroke if it is a new one; its number.
     fn begin(&mut self, cut: usize, phase: StrokePhase) -> usize {
         self.captures += 1;
@@ -323,7 +335,12 @@ impl Cutting {
         let open = self.strokes.iter().find(|stroke| stroke.cut == cut);
         let number = open.map_or(self.by_stroke.len(), |stroke| stroke.number);
         if open.is_none() {
-            self.by_stroke.push(StrokeEnergy::of(cut));
+            self.by_stroke.push(StrokeEnergy {
+                cut,
+                captures: 0,
+                updates: 0,
+                energy: CutEnergy::default(),
+            });
             self.strokes.push(Stroke {
                 cut,
                 number,

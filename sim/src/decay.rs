@@ -62,8 +62,7 @@ impl Body {
     /// Evaluates the forces after something decayed and books the energy's jump (J).
     fn jump(&mut self, in_forces: &mut Duration) -> Result<f64, BodyProblem> {
         let start = Instant::now();
-        let elastic = &mut self.elastic;
-        let jump = self.motion.refresh(|x, f| elastic.forces_into(x, f))?;
+        let jump = self.refresh()?;
         *in_forces += start.elapsed();
         Ok(jump)
     }

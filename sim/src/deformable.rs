@@ -5,13 +5,13 @@ use std::collections::HashMap;
 use glam::DVec3;
 use phyxel_discretize::{boundary_triangles, sample_surfels, surface_mesh};
 use phyxel_integrate::{
-    ContactDisks, DeformableContact, DeformableForce, DeformableSettings, DeformableState,
-    DiskSample, Moved, StepView,
+    ContactDisks, DeformableContact, DeformableSettings, DeformableState, DiskSample, Moved,
+    StepView,
 };
 use phyxel_splat::{BindSettings, CAPSULE, Tissue, TissueSettings};
 
 use crate::Member;
-use crate::error::{BodyProblem, WorldError};
+use crate::error::{BodyProblem, WorldError, in_body};
 use crate::scene::Scene;
 
 /// Samples per squared spacing of nodes.
@@ -26,7 +26,7 @@ const NODES: usize = 16;
 /// All bodies as their surfaces touch.
 #[derive(Debug, Clone)]
 pub(crate) struct DeformableBodies {
-    contact: DeformableContact,
+    pub(crate) contact: DeformableContact,
     tissues: Vec<Tissue>,
     /// Sample of each surfel, body by body.
     samples: Vec<Vec<u32>>,
@@ -53,10 +53,9 @@ impl DeformableBodies {
         let Some(contact) = &scene.contact else {
             return Ok(None);
         };
-        let tissues = members.iter().map(|member| {
-            let problem = |problem: BodyProblem| problem.of(&member.body);
-            tissue_of(member).map_err(problem)
-        });
+        let tissues = members
+            .iter()
+            .map(|member| in_body(tissue_of(member), &member.body.name));
         let tissues = tissues.collect::<Result<Vec<_>, _>>()?;
         let bodies = members.iter().zip(&scene.bodies);
         let stiffness = bodies.map(|(member, description)| {
@@ -161,18 +160,11 @@ impl DeformableBodies {
         triangles: &[[DVec3; 3]],
     ) -> Result<(), BodyProblem> {
         let member = &members[body];
-        let Some(cutting) = &member.cutting else {
-            return Ok(());
-        };
-        let near = member.triangles_near(triangles);
-        let (solid, cuts) = (&member.body.solid, cutting.cuts());
         let tissue = &mut self.tissues[body];
-        let mut change = tissue.cut(&near, &|point| solid.contains(point), &|a, b| {
-            cuts.crosses(a, b)
-        })?;
-        change.surfels.extend(tissue.part(&member.pieces().piece));
+        let mut changed = member.cut_surface(tissue, triangles)?;
+        changed.extend(tissue.part(&member.pieces().piece));
         let known = self.samples[body].len();
-        let changed = change.surfels.iter().map(|&surfel| surfel as usize);
+        let changed = changed.iter().map(|&surfel| surfel as usize);
         self.begin(members);
         let mut disks = self.contact.take_disks(&self.positions);
         for surfel in changed.filter(|surfel| *surfel < known) {
@@ -258,14 +250,6 @@ impl DeformableBodies {
             .then(|| self.contact.largest_eigenvalue(&self.masses))
     }
 
-    pub(crate) fn state(&self) -> &DeformableState {
-        self.contact.state()
-    }
-
-    pub(crate) fn between(&self) -> &[DeformableForce] {
-        self.contact.between()
-    }
-
     /// Contact pressure (Pa) at each node of a body.
     pub(crate) fn pressures(&self, members: &[Member], body: usize) -> Vec<f64> {
         let positions = members.iter().map(|member| member.body.motion.positions());
@@ -338,6 +322,7 @@ fn index(count: usize) -> u32 {
 #[cfg(test)]
 mod tests {
     use crate::scene::{BodyContact, Target, embedded};
+    use crate::testing::{bytes, small};
     use crate::{Member, World};
 
     /// Sum of the amounts of all normal forces (N).
@@ -346,17 +331,10 @@ mod tests {
         between.iter().map(|sum| sum.normal).sum()
     }
 
-    fn bytes(world: &World) -> Vec<u8> {
-        postcard::to_stdvec(&world.state()).unwrap()
-    }
-
     /// A block that is cut through touches itself along its flanks, and continues bitwise from a state.
     #[test]
     fn flanks_that_touch_are_part_of_the_state() {
-        let mut scene = embedded("block", &[]).expect("it is there");
-        scene.bodies[0].sampling.target = Target::Nodes(300);
-        scene.integration.settle = None;
-        scene.pictures = None;
+        let mut scene = small("block", 300);
         scene.contact = Some(BodyContact {
             friction: 0.3,
             ..BodyContact::default()

@@ -47,17 +47,6 @@ pub struct StrokeEnergy {
     pub energy: CutEnergy,
 }
 
-impl StrokeEnergy {
-    pub(crate) fn of(cut: usize) -> Self {
-        Self {
-            cut,
-            captures: 0,
-            updates: 0,
-            energy: CutEnergy::default(),
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

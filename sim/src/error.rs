@@ -154,6 +154,14 @@ impl BodyProblem {
     }
 }
 
+/// What a part of a body gave, its problem with the body's name.
+pub(crate) fn in_body<T>(
+    result: Result<T, impl Into<BodyProblem>>,
+    body: &str,
+) -> Result<T, WorldError> {
+    result.map_err(|problem| problem.into().named(body))
+}
+
 /// A world that cannot be built or stepped.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]

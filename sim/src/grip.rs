@@ -92,6 +92,6 @@ impl World {
     /// If the scene has no such tool.
     #[must_use]
     pub fn tool_pose(&self, tool: usize) -> &Pose {
-        &self.input.poses()[tool]
+        &self.input.state.poses[tool]
     }
 }

@@ -13,7 +13,7 @@ use phyxel_integrate::{DeformableForce, DeformableState, RigidEnergies, StepCont
 
 use crate::body::Body;
 use crate::body_state::BodyState;
-use crate::error::{BodyProblem, WorldError};
+use crate::error::{BodyProblem, WorldError, in_body};
 use crate::phases::Phase;
 use crate::scene::Pose;
 use crate::{Member, World};
@@ -57,25 +57,15 @@ impl Kept {
 
     /// Whether it can be one of these bodies with so many tools.
     pub(crate) fn is_sound(&self, members: &[Member], poses: usize) -> bool {
-        let mut places = self
-            .taken
-            .iter()
-            .map(|(_, poses)| poses)
-            .chain([&self.poses]);
-        self.bodies.len() == members.len()
-            && self.rigid.len() == members.len()
-            && (self.rigid.iter()).all(|rigid| rigid.kinetic.is_finite() && rigid.lag.is_finite())
+        let finite = |rigid: &RigidEnergies| rigid.kinetic.is_finite() && rigid.lag.is_finite();
+        let mut taken = self.taken.iter();
+        let mut bodies = self.bodies.iter().zip(members);
+        [self.bodies.len(), self.rigid.len()] == [members.len(); 2]
+            && self.rigid.iter().all(finite)
             && self.gravity.is_none_or(DVec3::is_finite)
-            && places.all(|places| places.len() == poses)
-            && self
-                .taken
-                .iter()
-                .all(|(step, _)| step.is_finite() && *step > 0.0)
-            && self
-                .bodies
-                .iter()
-                .zip(members)
-                .all(|(body, member)| body.fits(member))
+            && self.poses.len() == poses
+            && taken.all(|(step, to)| step.is_finite() && *step > 0.0 && to.len() == poses)
+            && bodies.all(|(body, member)| body.fits(member))
     }
 }
 
@@ -96,7 +86,7 @@ impl World {
     /// Takes one step (s) from where tools are to `poses`, and does it again from the last snapshot if
     /// it fails.
     pub(crate) fn advance_safely(&mut self, step: f64, poses: &[Pose]) -> Result<(), WorldError> {
-        let from = self.input.poses().to_vec();
+        let from = self.input.state.poses.clone();
         let number = self.steps();
         if !self.is_explicit() {
             return self.advance_in_parts(step, 1, &from, poses);
@@ -136,10 +126,7 @@ impl World {
     /// Checks the steps since the last snapshot, however few, and does them again if need be: a capture changes the
     /// model, and a blade may be captured more often than energy is looked at.
     pub(super) fn end_stretch(&mut self) -> Result<(), WorldError> {
-        match self.check_energy() {
-            Err(error) => self.retake(error),
-            Ok(()) => Ok(()),
-        }
+        self.check_energy().or_else(|error| self.retake(error))
     }
 
     /// Step (s) below which a run leads nowhere.
@@ -195,9 +182,9 @@ impl World {
         self.now.kept = Some(Kept {
             rigid: self.members.iter_mut().map(rigid).collect(),
             bodies: self.members.iter_mut().map(Member::keep).collect(),
-            contact: (self.deformable.as_ref()).map(|contact| contact.state().clone()),
+            contact: (self.deformable.as_ref()).map(|contact| contact.contact.state().clone()),
             gravity: self.now.gravity,
-            poses: self.input.poses().to_vec(),
+            poses: self.input.state.poses.clone(),
             taken: Vec::new(),
         });
     }
@@ -291,14 +278,9 @@ impl World {
             for contact in contacts.iter() {
                 let rigid = &contact.rigid;
                 let (from, to) = if rigid.is_released() {
-                    let position = rigid.pose.position + rigid.velocity * step;
-                    (
-                        rigid.pose,
-                        Pose {
-                            position,
-                            ..rigid.pose
-                        },
-                    )
+                    let mut end = rigid.pose;
+                    end.position += rigid.velocity * step;
+                    (rigid.pose, end)
                 } else {
                     (start[contact.tool], end[contact.tool])
                 };
@@ -354,8 +336,7 @@ impl World {
             }
         }
         for Member { body, .. } in &mut self.members {
-            let followed = body.follow_stiffness();
-            any |= followed.map_err(|problem| problem.of(body))?;
+            any |= in_body(body.follow_stiffness(), &body.name)?;
         }
         if any {
             self.now.step = self.smallest_step_size();
@@ -372,7 +353,7 @@ impl World {
             let begun = !member.body.motion.state().forces.is_empty();
             let handed = if begun { member.hand_over() } else { Ok(()) };
             let estimate = handed.and_then(|()| member.body.estimate_eigenvalue(products));
-            estimate.map_err(|problem| problem.of(&member.body))?;
+            in_body(estimate, &member.body.name)?;
         }
         self.now.step = self.smallest_step_size();
         self.phases.add(Phase::Integration, start.elapsed());
@@ -403,10 +384,10 @@ impl World {
         }
         let contact = self.deformable.as_ref().zip(kept.contact.as_ref());
         let off = contact.and_then(|(contact, before)| {
-            let share = contact.state().gained_since(before, moved, floor)?;
+            let share = contact.contact.state().gained_since(before, moved, floor)?;
             let hardest =
                 |a: &&DeformableForce, b: &&DeformableForce| a.normal.total_cmp(&b.normal);
-            let pair = contact.between().iter().max_by(hardest)?;
+            let pair = contact.contact.between().iter().max_by(hardest)?;
             Some((share, pair.bodies[0]))
         });
         off.map_or(Ok(()), |(share, body)| {
@@ -433,6 +414,7 @@ mod tests {
     use super::*;
 
     use crate::scene::{Capture, Cut, Key, PronyTerm, Scene, Target, embedded};
+    use crate::testing::small;
 
     fn stroke(path: [(f64, f64); 2]) -> Cut {
         let edge = [-0.06, 0.06].map(|y| DVec3::new(0.0, y, 0.02)).to_vec();
@@ -445,11 +427,8 @@ mod tests {
     }
 
     fn scene(cuts: Vec<Cut>) -> Scene {
-        let mut scene = embedded("block", &[]).expect("it is there");
-        scene.bodies[0].sampling.target = Target::Nodes(300);
+        let mut scene = small("block", 300);
         scene.cuts = cuts;
-        scene.pictures = None;
-        scene.integration.settle = None;
         scene
     }
 

@@ -152,35 +152,25 @@ struct Due {
     phase: StrokePhase,
 }
 
-/// Where actions come from.
-#[derive(Debug, Clone)]
-enum Source {
-    /// The scene's paths.
-    Scene {
-        /// Captures of blades, in order.
-        due: Vec<Due>,
-        next: usize,
-    },
-    /// Whoever gave them.
-    Given(VecDeque<Input>),
-}
-
 /// The inputs of tools and blades: from the scene or pushed by a program, with a record if one is asked for.
 #[derive(Debug, Clone)]
 pub(crate) struct InputSource {
-    source: Source,
-    /// Where each tool is that a path or a user drives.
-    poses: Vec<Pose>,
-    record: Option<Vec<Input>>,
+    /// Captures of blades by the scene's paths, in order.
+    due: Vec<Due>,
+    pub(crate) state: InputState,
 }
 
 /// All of it that a scene does not say.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(crate) struct InputSourceState {
+pub(crate) struct InputState {
+    /// The capture of the scene's that is due next; 0 once a program gives inputs.
     next: usize,
+    /// What a program gave; then the scene's paths have no say.
     given: Option<VecDeque<Input>>,
-    poses: Vec<Pose>,
-    record: Option<Vec<Input>>,
+    /// Where each tool is at the beginning of the step, and last how far the grip has moved.
+    pub(crate) poses: Vec<Pose>,
+    /// What was done so far, if the scene asks for a record.
+    pub(crate) record: Option<Vec<Input>>,
 }
 
 impl InputSource {
@@ -188,25 +178,34 @@ impl InputSource {
     pub(crate) fn of(scene: &Scene, captures: Vec<Vec<f64>>) -> Self {
         let mut due: Vec<Due> = Vec::new();
         for (cut, times) in captures.into_iter().enumerate() {
-            due.extend(captures_of(cut, times));
+            let last = times.len().saturating_sub(1);
+            due.extend(times.into_iter().enumerate().map(|(k, time)| Due {
+                time,
+                cut,
+                phase: match k {
+                    0 => StrokePhase::Start,
+                    k if k == last => StrokePhase::End,
+                    _ => StrokePhase::Update,
+                },
+            }));
         }
         due.sort_by(|a, b| a.time.total_cmp(&b.time).then(a.cut.cmp(&b.cut)));
+        let poses = scene.tools.iter().map(|tool| tool.pose_at(0.0));
         Self {
-            source: Source::Scene { due, next: 0 },
-            poses: (scene.tools.iter())
-                .map(|tool| tool.pose_at(0.0))
-                .chain([Pose::IDENTITY])
-                .collect(),
-            record: scene.observe.input.then(Vec::new),
+            due,
+            state: InputState {
+                next: 0,
+                given: None,
+                poses: poses.chain([Pose::IDENTITY]).collect(),
+                record: scene.observe.input.then(Vec::new),
+            },
         }
     }
 
     /// From now on only what is given is done.
     pub(crate) fn push(&mut self, scene: &Scene, inputs: Vec<Input>) -> Result<(), InputError> {
-        let mut last = 0;
-        if let Source::Given(given) = &self.source {
-            last = given.back().map_or(0, |input| input.step);
-        }
+        let newest = self.state.given.as_ref().and_then(VecDeque::back);
+        let mut last = newest.map_or(0, |input| input.step);
         for (index, input) in inputs.iter().enumerate() {
             input.check(scene, index)?;
             if input.step < last {
@@ -215,16 +214,9 @@ impl InputSource {
             }
             last = input.step;
         }
-        match &mut self.source {
-            Source::Given(given) => given.extend(inputs),
-            source => *source = Source::Given(inputs.into()),
-        }
+        self.state.next = 0;
+        self.state.given.get_or_insert_default().extend(inputs);
         Ok(())
-    }
-
-    /// Where all tools are at the beginning of the step, and last how far the grip has moved.
-    pub(crate) fn poses(&self) -> &[Pose] {
-        &self.poses
     }
 
     /// The next blade's edge that is due in a step that begins at a scene time (s), which is `None` while bodies
@@ -235,20 +227,17 @@ impl InputSource {
         step: u64,
         time: Option<f64>,
     ) -> Option<(usize, StrokePhase, Vec<DVec3>)> {
-        match &self.source {
-            Source::Scene { due, next } => {
-                let now = time.unwrap_or(f64::NEG_INFINITY);
-                let at = due.get(*next).filter(|due| due.time <= now)?;
-                Some((at.cut, at.phase, scene.cuts[at.cut].edge_at(at.time)))
-            }
-            Source::Given(given) => {
-                let mut now = given.iter().take_while(|input| input.step <= step);
-                now.find_map(|input| match &input.action {
-                    Action::Blade { cut, phase, edge } => Some((*cut, *phase, edge.clone())),
-                    _ => None,
-                })
-            }
-        }
+        let Some(given) = &self.state.given else {
+            let now = time.unwrap_or(f64::NEG_INFINITY);
+            let next = self.due.get(self.state.next);
+            let at = next.filter(|due| due.time <= now)?;
+            return Some((at.cut, at.phase, scene.cuts[at.cut].edge_at(at.time)));
+        };
+        let mut now = given.iter().take_while(|input| input.step <= step);
+        now.find_map(|input| match &input.action {
+            Action::Blade { cut, phase, edge } => Some((*cut, *phase, edge.clone())),
+            _ => None,
+        })
     }
 
     /// The blade's edge that was due next is captured.
@@ -259,16 +248,16 @@ impl InputSource {
         phase: StrokePhase,
         edge: Vec<DVec3>,
     ) {
-        match &mut self.source {
-            Source::Scene { next, .. } => *next += 1,
-            Source::Given(given) => {
-                let is_blade = |input: &Input| matches!(input.action, Action::Blade { .. });
+        let is_blade = |input: &Input| matches!(input.action, Action::Blade { .. });
+        match &mut self.state.given {
+            None => self.state.next += 1,
+            Some(given) => {
                 if let Some(at) = given.iter().position(is_blade) {
                     given.remove(at);
                 }
             }
         }
-        if let Some(record) = &mut self.record {
+        if let Some(record) = &mut self.state.record {
             let action = Action::Blade { cut, phase, edge };
             record.push(Input { step, action });
         }
@@ -276,10 +265,8 @@ impl InputSource {
 
     /// What is gripped, pulled or changed in a step, in order.
     pub(crate) fn holds(&mut self, step: u64) -> Vec<Action> {
-        let Source::Given(given) = &self.source else {
-            return Vec::new();
-        };
-        let now = given.iter().take_while(|input| input.step <= step);
+        let given = self.state.given.iter().flatten();
+        let now = given.take_while(|input| input.step <= step);
         let other =
             |action: &&Action| !matches!(action, Action::Tool { .. } | Action::Blade { .. });
         let holds: Vec<Action> = now
@@ -287,7 +274,7 @@ impl InputSource {
             .filter(other)
             .cloned()
             .collect();
-        if let Some(record) = &mut self.record {
+        if let Some(record) = &mut self.state.record {
             let holds = holds.iter().cloned();
             record.extend(holds.map(|action| Input { step, action }));
         }
@@ -297,27 +284,28 @@ impl InputSource {
     /// Where the tools are at the end of a step, whose end is at a scene time (s). Ends the step's
     /// input.
     pub(crate) fn tools(&mut self, scene: &Scene, step: u64, end: Option<f64>) -> Vec<Pose> {
-        let mut poses = self.poses.clone();
-        match &mut self.source {
-            Source::Scene { .. } => {
-                for (pose, tool) in poses.iter_mut().zip(&scene.tools) {
-                    *pose = tool.pose_at(end.unwrap_or(0.0));
+        let InputState {
+            given,
+            poses: before,
+            record,
+            ..
+        } = &mut self.state;
+        let mut poses = before.clone();
+        if let Some(given) = given {
+            while given.front().is_some_and(|input| input.step <= step) {
+                match given.pop_front().map(|input| input.action) {
+                    Some(Action::Tool { tool, pose }) => poses[tool] = pose,
+                    Some(Action::Pull { by }) => poses[scene.tools.len()].position = by,
+                    _ => {}
                 }
             }
-            Source::Given(given) => {
-                while given.front().is_some_and(|input| input.step <= step) {
-                    match given.pop_front().map(|input| input.action) {
-                        Some(Action::Tool { tool, pose }) => poses[tool] = pose,
-                        Some(Action::Pull { by }) => {
-                            poses[scene.tools.len()].position = by;
-                        }
-                        _ => {}
-                    }
-                }
+        } else {
+            for (pose, tool) in poses.iter_mut().zip(&scene.tools) {
+                *pose = tool.pose_at(end.unwrap_or(0.0));
             }
         }
-        if let Some(record) = &mut self.record {
-            let tools = self.poses.iter().zip(&poses).take(scene.tools.len());
+        if let Some(record) = record {
+            let tools = before.iter().zip(&poses).take(scene.tools.len());
             for (tool, (before, pose)) in tools.enumerate() {
                 if before != pose {
                     let action = Action::Tool { tool, pose: *pose };
@@ -330,65 +318,19 @@ impl InputSource {
 
     /// Another grip begins: the hand has not moved yet.
     pub(crate) fn begin_grip(&mut self) {
-        if let Some(hand) = self.poses.last_mut() {
+        if let Some(hand) = self.state.poses.last_mut() {
             *hand = Pose::IDENTITY;
         }
     }
 
-    /// The step is taken: the tools are there.
-    pub(crate) fn set_poses(&mut self, poses: Vec<Pose>) {
-        self.poses = poses;
-    }
-
-    /// What was done so far; `None` if the scene asks for no record.
-    pub(crate) fn record(&self) -> Option<&[Input]> {
-        self.record.as_deref()
-    }
-
-    pub(crate) fn state(&self) -> InputSourceState {
-        let (next, given) = match &self.source {
-            Source::Scene { next, .. } => (*next, None),
-            Source::Given(given) => (0, Some(given.clone())),
-        };
-        InputSourceState {
-            next,
-            given,
-            poses: self.poses.clone(),
-            record: self.record.clone(),
-        }
-    }
-
     /// Whether a snapshot has as many poses as there are tools, and inputs that the scene knows.
-    pub(crate) fn fits(&self, state: &InputSourceState, scene: &Scene) -> bool {
+    pub(crate) fn fits(&self, state: &InputState, scene: &Scene) -> bool {
         let given = state.given.iter().flatten();
         let inputs = given.chain(state.record.iter().flatten());
-        state.poses.len() == self.poses.len()
+        state.poses.len() == self.state.poses.len()
             && (state.poses.iter()).all(|p| p.position.is_finite() && p.rotation.is_finite())
             && inputs
                 .enumerate()
                 .all(|(k, input)| input.check(scene, k).is_ok())
     }
-
-    pub(crate) fn restore(&mut self, state: InputSourceState) {
-        match (&mut self.source, state.given) {
-            (_, Some(given)) => self.source = Source::Given(given),
-            (Source::Scene { next, .. }, None) => *next = state.next,
-            (Source::Given(_), None) => {}
-        }
-        self.poses = state.poses;
-        self.record = state.record;
-    }
-}
-
-fn captures_of(index: usize, times: Vec<f64>) -> impl Iterator<Item = Due> {
-    let last = times.len().saturating_sub(1);
-    times.into_iter().enumerate().map(move |(k, time)| Due {
-        time,
-        cut: index,
-        phase: match k {
-            0 => StrokePhase::Start,
-            k if k == last => StrokePhase::End,
-            _ => StrokePhase::Update,
-        },
-    })
 }

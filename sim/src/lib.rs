@@ -9,7 +9,6 @@ mod alarm;
 mod body;
 mod body_state;
 mod capture;
-mod contact_surface;
 mod cutting;
 mod decay;
 mod deformable;
@@ -29,7 +28,6 @@ mod settling;
 mod shape;
 mod shares;
 mod state;
-mod stencils;
 mod stiffness;
 mod support;
 mod tool;
@@ -55,13 +53,13 @@ pub use guard::Retaken;
 pub use input::{Action, Input, InputError, StrokePhase};
 pub use member::Member;
 pub use memory::{MemoryShortage, ask_memory};
+pub use model::elastic_stencils;
 pub use parts::PartCost;
 pub use phases::{Phase, Phases, Spent};
 pub use shape::extent;
 pub use shares::BodyShares;
 use state::Standing;
 pub use state::WorldState;
-pub use stencils::elastic_stencils;
 pub use tool::ToolForce;
 
 use deformable::DeformableBodies;
@@ -214,9 +212,8 @@ impl World {
     /// Time (s) since the first step, settling included.
     #[must_use]
     pub fn time(&self) -> f64 {
-        self.members
-            .first()
-            .map_or(0.0, |member| member.body.motion.time())
+        let first = self.members.first();
+        first.map_or(0.0, |member| member.body.motion.time())
     }
 
     /// Scene time (s); `None` while settling.
@@ -240,9 +237,8 @@ impl World {
     /// Steps taken, settling included.
     #[must_use]
     pub fn steps(&self) -> u64 {
-        self.members
-            .first()
-            .map_or(0, |member| member.body.motion.steps())
+        let first = self.members.first();
+        first.map_or(0, |member| member.body.motion.steps())
     }
 
     /// Stopwatches; the run loop adds its own phases here too.
@@ -315,14 +311,14 @@ impl World {
     /// What tools and blades did so far; `None` unless the scene's `observe.input` asks for a record.
     #[must_use]
     pub fn record(&self) -> Option<&[Input]> {
-        self.input.record()
+        self.input.state.record.as_deref()
     }
 
     /// Forces on the tools at the end of the last step, in the scene's order.
     #[must_use]
     pub fn tool_forces(&self) -> Vec<ToolForce> {
         let forces = (0..self.scene.tools.len()).map(|index| {
-            let mut sum = ToolForce::free(self.input.poses()[index]);
+            let mut sum = ToolForce::free(self.input.state.poses[index]);
             for contact in self.members.iter().flat_map(|member| &member.contacts) {
                 if contact.tool == index {
                     contact.add_to(&mut sum);
@@ -338,7 +334,7 @@ impl World {
     #[must_use]
     pub fn body_contact(&self) -> Option<(&[DeformableForce], &DeformableState)> {
         let contact = self.deformable.as_ref();
-        contact.map(|contact| (contact.between(), contact.state()))
+        contact.map(|contact| (contact.contact.between(), contact.contact.state()))
     }
 
     /// Pressure (Pa) of bodies and flanks at each node of a body ([`phyxel_integrate::DeformableContact::pressures`]);
@@ -378,7 +374,7 @@ impl World {
         let poses = self.input.tools(&self.scene, number, end);
         self.advance_safely(step, &poses)?;
         self.watch_depths();
-        self.input.set_poses(poses);
+        self.input.state.poses = poses;
         if let Some(since) = self.waiting.take() {
             self.latencies.push(1e3 * since.elapsed().as_secs_f64());
         }
@@ -428,5 +424,25 @@ impl World {
     fn smallest_step_size(&self) -> f64 {
         let steps = self.members.iter().map(|member| member.body.step_size());
         steps.fold(f64::INFINITY, f64::min) / self.now.control.divisor
+    }
+}
+
+#[cfg(test)]
+mod testing {
+    use super::{Scene, World};
+    use crate::scene::{Target, embedded};
+
+    /// An embedded scene of few nodes in its first body that begins at once and is not drawn.
+    pub(crate) fn small(name: &str, nodes: u32) -> Scene {
+        let mut scene = embedded(name, &[]).expect("it is there");
+        scene.bodies[0].sampling.target = Target::Nodes(nodes);
+        scene.integration.settle = None;
+        scene.pictures = None;
+        scene
+    }
+
+    /// All of a world's state.
+    pub(crate) fn bytes(world: &World) -> Vec<u8> {
+        postcard::to_stdvec(&world.state()).expect("it can be written")
     }
 }

@@ -5,11 +5,11 @@ use std::time::Duration;
 
 use glam::DVec3;
 use phyxel_enrich::{Pieces, Sweep, connected_pieces};
-use phyxel_splat::triangle_near_box;
+use phyxel_splat::{SurfelError, Tissue, triangle_near_box};
 
 use crate::body::Body;
 use crate::cutting::{CapturedEdge, CutUpdate, Cutting, Swept};
-use crate::error::{BodyProblem, WorldError};
+use crate::error::{BodyProblem, WorldError, in_body};
 use crate::input::StrokePhase;
 use crate::scene::Scene;
 use crate::tool::ToolContact;
@@ -50,7 +50,7 @@ impl Member {
     ) -> Result<Self, WorldError> {
         let contacts = contacts_of(scene, description, &body);
         Ok(Self {
-            contacts: contacts.map_err(|problem| problem.named(&description.name))?,
+            contacts: in_body(contacts, &description.name)?,
             body,
             cutting: None,
         })
@@ -76,9 +76,26 @@ impl Member {
         connected_pieces(offsets, indices, &links)
     }
 
-    /// What lies in or near the body of new triangles of its cut (m, at rest): a blade reaches far out of it.
-    #[must_use]
-    pub fn triangles_near(&self, triangles: &[[DVec3; 3]]) -> Vec<[DVec3; 3]> {
+    /// Lets samples of its surface follow new triangles of its cut (m, at rest); the surfels that may be other than before.
+    ///
+    /// # Errors
+    /// [`SurfelError`] if a triangle is not finite.
+    pub fn cut_surface(
+        &self,
+        surface: &mut Tissue,
+        triangles: &[[DVec3; 3]],
+    ) -> Result<Vec<u32>, SurfelError> {
+        let Some(cutting) = &self.cutting else {
+            return Ok(Vec::new());
+        };
+        let (near, cuts) = (self.triangles_near(triangles), cutting.cuts());
+        let inside = |point| self.body.solid.contains(point);
+        let change = surface.cut(&near, &inside, &|a, b| cuts.crosses(a, b))?;
+        Ok(change.surfels)
+    }
+
+    /// What lies in or near the body of such triangles: a blade reaches far out of it.
+    fn triangles_near(&self, triangles: &[[DVec3; 3]]) -> Vec<[DVec3; 3]> {
         let body = &self.body;
         let bounds = body.solid.bounds();
         let near = triangles.iter().filter(|[a, b, c]| {
@@ -225,16 +242,9 @@ fn contacts_of(
     tools
         .filter(|(_, tool)| tool.body.as_ref().is_none_or(|name| *name == body.name))
         .map(|(index, tool)| {
-            let pose = tool.pose_at(0.0);
-            let modulus = description.material.youngs_modulus;
+            let stiffness = (description.material.youngs_modulus, body.spacing);
             let surface = body.contact_surface(None)?;
-            Ok(ToolContact::new(
-                index,
-                tool,
-                &pose,
-                surface,
-                (modulus, body.spacing),
-            ))
+            Ok(ToolContact::new(index, tool, surface, stiffness))
         })
         .collect()
 }

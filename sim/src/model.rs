@@ -4,7 +4,9 @@ use glam::DVec3;
 use phyxel_discretize::{
     Solid, boundary_triangles, nodal_boundary_vectors, nodal_volumes, tetrahedra_edges,
 };
-use phyxel_elastic::{CutPolicy, Elastic, Material, MaterialSettings, Materials, Nodes, Settings};
+use phyxel_elastic::{
+    CutPolicy, Elastic, Material, MaterialSettings, Materials, Nodes, Settings, Stencils,
+};
 use phyxel_mls::{
     ConservativeSettings, GradientStencils, NearestSettings, Neighborhoods, dissertation_cloud,
     inverse_square_weights, k_nearest, widen_deficient_rows,
@@ -13,7 +15,6 @@ use phyxel_mls::{
 use crate::error::BodyProblem;
 use crate::scene::{self, Form, Method, Scene};
 use crate::shape::{Sampled, sample};
-use crate::stencils::elastic_stencils;
 use crate::support::holders;
 
 /// Nodes of the uncut body whose neighbours span a direction this much less than the widest get their
@@ -23,6 +24,17 @@ const FLAT: f64 = 1e-3;
 /// Nearest nodes that become neighbours, both ways, where no tetrahedra tell: with 14 a beam of 3,968
 /// points bends 4.8 % too far, with 18 6.0 % (`benches beam`).
 const NEAREST: usize = 14;
+
+/// The stencils of a body on its neighbours, for its elastic model.
+#[must_use]
+pub fn elastic_stencils<'a>(
+    stencils: &'a GradientStencils,
+    graph: &'a Neighborhoods,
+) -> Stencils<'a> {
+    let (weights, matrices) = (&stencils.weights, &stencils.matrices);
+    Stencils::plain(graph.offsets(), graph.indices(), weights, matrices)
+        .with_multipliers(&stencils.scales, &stencils.multipliers)
+}
 
 /// What a body is made of, before it moves.
 pub(crate) struct Built {
@@ -43,13 +55,10 @@ pub(crate) fn build(
     let holders = holders(scene, spec, &sampled.positions);
     let part_of = parts_of(spec, &sampled.positions);
     let mut coupled = couple(&sampled, &holders, spec)?;
-    let parts = spec
-        .inclusions
-        .iter()
-        .map(|part| part.within(&spec.material));
-    let all: Vec<MaterialSettings> = std::iter::once(spec.material.clone())
-        .chain(parts)
-        .collect();
+    let own = std::iter::once(spec.material.clone());
+    let parts = spec.inclusions.iter();
+    let all = own.chain(parts.map(|part| part.within(&spec.material)));
+    let all: Vec<MaterialSettings> = all.collect();
     for (mass, &part) in coupled.masses.iter_mut().zip(&part_of) {
         let density = all[part as usize].density;
         if part > 0 {
@@ -264,10 +273,8 @@ fn parts_of(spec: &scene::Body, rest: &[DVec3]) -> Vec<u32> {
     }
     let mut part_of = vec![0; rest.len()];
     for (number, part) in (1..).zip(&spec.inclusions) {
-        for (of, &x) in part_of.iter_mut().zip(rest) {
-            if part.region.contains(x) {
-                *of = number;
-            }
+        for node in part.region.nodes(rest) {
+            part_of[node as usize] = number;
         }
     }
     part_of

@@ -7,7 +7,7 @@ use glam::DVec3;
 use phyxel_integrate::{Applied, StepView};
 
 use crate::deformable::DeformableBodies;
-use crate::error::WorldError;
+use crate::error::{WorldError, in_body};
 use crate::phases::{Phase, Phases};
 use crate::scene::Pose;
 use crate::{Member, World};
@@ -55,14 +55,8 @@ impl Moves<'_> {
         others: Option<(&mut Applied<'_>, &Cell<Duration>)>,
         phases: &mut Phases,
     ) -> Result<(), WorldError> {
-        let Self {
-            step,
-            time,
-            from,
-            to,
-        } = *self;
-        let handed = member.hand_over();
-        handed.map_err(|problem| problem.of(&member.body))?;
+        let (step, from, to) = (self.step, self.from, self.to);
+        in_body(member.hand_over(), &member.body.name)?;
         let Member {
             body,
             cutting,
@@ -70,7 +64,7 @@ impl Moves<'_> {
         } = member;
         for contact in contacts.iter_mut() {
             let tool = contact.tool;
-            contact.rigid.lead(&from[tool], &to[tool], time, step);
+            contact.rigid.lead(&from[tool], &to[tool], self.time, step);
         }
         if let (Some(grip), [.., from], [.., to]) = (&mut body.grip, from, to) {
             grip.lead(from.position, to.position, step);
@@ -78,7 +72,7 @@ impl Moves<'_> {
         let (mut in_forces, mut in_contact) = (Duration::ZERO, Duration::ZERO);
         let start = Instant::now();
         let decay = body.decay(step, &mut in_forces);
-        let decay = decay.map_err(|problem| problem.of(body))?;
+        let decay = in_body(decay, &body.name)?;
         let (others, in_others) = others.unzip();
         let acting = (&mut contacts[..], others);
         let result = body.advance(step, acting, &mut in_forces, &mut in_contact);
@@ -92,7 +86,7 @@ impl Moves<'_> {
         if !contacts.is_empty() {
             phases.add(Phase::Contact, in_contact);
         }
-        result.map_err(|problem| problem.of(body))
+        in_body(result, &body.name)
     }
 
     /// Takes the step with all bodies from `first` on that touch each other: each is moved, then the next, and when the

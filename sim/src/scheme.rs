@@ -1,24 +1,16 @@
-//! How steps are taken and rest is found, by the scheme that a scene asks for.
+//! How steps are taken, by the scheme that a scene asks for.
 
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use glam::DVec3;
 use phyxel_elastic::Elastic;
-use phyxel_integrate::{
-    Applied, BoundaryConditions, ForceLaw, Grip, Implicit, Motion, MotionError, NewtonSettings,
-    StaticLoad, StepView, solve_static,
-};
+use phyxel_integrate::{Applied, ForceLaw, Grip, Implicit, Motion, MotionError, StepView};
 
 use crate::error::BodyProblem;
 use crate::scene::Scheme;
 use crate::shares::BodyShares;
 use crate::tool::ToolContact;
-
-/// Unbalanced force, relative, at which an equilibrium is found.
-const AT_REST: f64 = 1e-6;
-/// Load steps to begin with; those that fail are halved.
-const LOAD_STEPS: u32 = 4;
 
 /// What acts on a body from outside: tools, a hand, and whatever comes after them.
 pub(crate) type Acting<'a, 'b> = (
@@ -27,30 +19,19 @@ pub(crate) type Acting<'a, 'b> = (
     Option<&'a mut Applied<'b>>,
 );
 
-/// What takes a body's steps.
+/// What takes a body's steps: the solver and the step (s) of an implicit scheme, if it is one.
 #[derive(Debug, Clone)]
-pub(crate) enum Stepper {
-    Explicit,
-    Implicit { solver: Box<Implicit>, step: f64 },
-}
+pub(crate) struct Stepper(Option<(Box<Implicit>, f64)>);
 
 impl Stepper {
     pub(crate) fn new(scheme: Scheme) -> Result<Self, MotionError> {
-        Ok(match (scheme.implicit(), scheme.step()) {
-            (Some(settings), Some(step)) => Self::Implicit {
-                solver: Box::new(Implicit::new(settings)?),
-                step,
-            },
-            _ => Self::Explicit,
-        })
+        let solver = scheme.implicit().map(Implicit::new).transpose()?;
+        Ok(Self(solver.map(Box::new).zip(scheme.step())))
     }
 
     /// Step (s) of an implicit scheme.
     pub(crate) fn step(&self) -> Option<f64> {
-        match self {
-            Self::Explicit => None,
-            Self::Implicit { step, .. } => Some(*step),
-        }
+        self.0.as_ref().map(|(_, step)| *step)
     }
 
     /// Takes one step of `step` (s), where the shares of a body are if it has any.
@@ -63,7 +44,7 @@ impl Stepper {
         (contacts, mut grip, mut others): Acting<'_, '_>,
         in_contact: &mut Duration,
     ) -> Result<(), BodyProblem> {
-        if let Self::Implicit { solver, .. } = self {
+        if let Some((solver, _)) = &mut self.0 {
             let mut tools: Vec<_> = contacts
                 .iter_mut()
                 .map(|contact| &mut contact.rigid)
@@ -94,33 +75,6 @@ impl Stepper {
         }
         Ok(())
     }
-}
-
-/// Positions (m) of the nodes in equilibrium with `loads` (N), from their positions at rest.
-pub(crate) fn equilibrium(
-    elastic: &mut Elastic,
-    rest: &[DVec3],
-    supports: &BoundaryConditions,
-    loads: &[DVec3],
-) -> Result<Vec<DVec3>, BodyProblem> {
-    let mut positions = rest.to_vec();
-    let mut in_forces = Duration::ZERO;
-    let mut law = Timed {
-        elastic,
-        in_forces: &mut in_forces,
-    };
-    solve_static(
-        &mut law,
-        &mut positions,
-        supports,
-        &StaticLoad {
-            forces: loads,
-            steps: LOAD_STEPS,
-            ..StaticLoad::default()
-        },
-        &NewtonSettings::with_tolerance(AT_REST),
-    )?;
-    Ok(positions)
 }
 
 /// A body's forces with the time that they take.

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use glam::DVec3;
 
-use crate::error::{BodyProblem, WorldError};
+use crate::error::{BodyProblem, WorldError, in_body};
 use crate::phases::Phase;
 use crate::scene::Rest;
 use crate::{Member, World, support};
@@ -85,8 +85,7 @@ impl World {
         let now = gravity.unwrap_or(DVec3::ZERO);
         for Member { body, .. } in &mut self.members {
             let loads: Vec<DVec3> = body.masses.iter().map(|&mass| now * mass).collect();
-            body.come_to_rest(&loads)
-                .map_err(|problem| problem.named(&body.name))?;
+            in_body(body.come_to_rest(&loads), &body.name)?;
         }
         self.phases.add(Phase::Setup, start.elapsed());
         self.estimate_eigenvalues(EQUILIBRIUM_PRODUCTS)
@@ -135,7 +134,7 @@ impl World {
                 body.set_supports(supports);
             }
             if description.velocity != DVec3::ZERO {
-                body.begin_with(description.velocity)?;
+                in_body(body.begin_with(description.velocity), &body.name)?;
             }
             if !member.body.motion.has_pieces() {
                 // What nothing holds falls and turns freely from here on.
@@ -161,9 +160,7 @@ impl World {
         for Member { body, .. } in &mut self.members {
             let value = damping.or(self.now.adjusted.damping);
             let value = value.unwrap_or(body.damping);
-            body.motion
-                .set_damping(value)
-                .map_err(|problem| BodyProblem::from(problem).named(&body.name))?;
+            in_body(body.motion.set_damping(value), &body.name)?;
         }
         Ok(())
     }
@@ -181,12 +178,7 @@ impl World {
         } else {
             1.0
         };
-        let now = if reached < 1.0 {
-            gravity.acceleration * reached
-        } else {
-            gravity.acceleration
-        };
-        self.set_gravity(Some(now))
+        self.set_gravity(Some(gravity.acceleration * reached))
     }
 
     pub(crate) fn set_gravity(&mut self, gravity: Option<DVec3>) -> Result<(), WorldError> {
@@ -197,9 +189,7 @@ impl World {
         for Member { body, .. } in &mut self.members {
             body.fetch();
             let loads: Vec<DVec3> = body.masses.iter().map(|&mass| now * mass).collect();
-            body.motion
-                .set_loads(&loads)
-                .map_err(|problem| BodyProblem::from(problem).named(&body.name))?;
+            in_body(body.motion.set_loads(&loads), &body.name)?;
             body.moved_here();
         }
         Ok(())

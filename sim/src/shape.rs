@@ -2,11 +2,11 @@
 
 use glam::DVec3;
 use phyxel_discretize::{
-    Grading, SampleSettings, SampleTarget, SampledNodes, Solid, estimate_point_nodes,
+    Bounds, Grading, SampleSettings, SampleTarget, SampledNodes, Solid, estimate_point_nodes,
     estimate_tetrahedra_nodes, sample_lattice, sample_points, sample_tetrahedra,
 };
 
-use crate::error::{BodyProblem, WorldError};
+use crate::error::{BodyProblem, WorldError, in_body};
 use crate::memory::{NODE, ask_memory};
 use crate::scene::{self, Form};
 
@@ -15,14 +15,14 @@ use crate::scene::{self, Form};
 /// # Errors
 /// [`WorldError`] if a mesh cannot be read or is no solid.
 pub fn extent(scene: &scene::Scene) -> Result<f64, WorldError> {
-    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let mut all = Bounds::EMPTY;
     for body in &scene.bodies {
-        let (solid, _) = (body.shape.solid(&body.placement()))
-            .map_err(|problem| BodyProblem::from(problem).named(&body.name))?;
-        low = low.min(solid.bounds().min);
-        high = high.max(solid.bounds().max);
+        let (solid, _) = in_body(body.shape.solid(&body.placement()), &body.name)?;
+        let Bounds { min, max } = solid.bounds();
+        all.include(min);
+        all.include(max);
     }
-    Ok(low.distance(high))
+    Ok(all.diagonal())
 }
 
 /// Nodes of a body before they know each other.

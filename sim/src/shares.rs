@@ -12,7 +12,7 @@ use glam::{DMat3, DVec3};
 use phyxel_elastic::{Dilatation, Elastic, Part, StiffNode};
 use phyxel_integrate::{Eigenvalue, EigenvalueError, EigenvalueSettings, Motion, Shares, State};
 
-use crate::body::{Body, first_estimate};
+use crate::body::{Body, evaluate, first_estimate};
 use crate::body_state::BodyState;
 use crate::error::BodyProblem;
 use crate::{Member, World};
@@ -150,8 +150,7 @@ impl Shared {
     fn bring(&mut self, motion: &mut Motion, elastic: &mut Elastic) {
         self.fetch(motion);
         if !self.evaluated {
-            let mut forces = vec![DVec3::ZERO; motion.node_count()];
-            elastic.forces_into(motion.positions(), &mut forces);
+            evaluate(elastic, motion.positions());
             self.evaluated = true;
         }
     }
@@ -240,11 +239,8 @@ impl Member {
     }
 
     fn hand_over_to(&mut self, shared: &mut Shared) -> Result<(), BodyProblem> {
-        let Body {
-            motion, elastic, ..
-        } = &mut self.body;
-        if motion.state().forces.is_empty() {
-            motion.refresh(|x, f| elastic.forces_into(x, f))?;
+        if self.body.motion.state().forces.is_empty() {
+            self.body.refresh()?;
             shared.newest = Newest::Here;
             shared.evaluated = true;
         }
@@ -281,8 +277,8 @@ impl Member {
         }
         shared.hand_vector(&self.body.eigenvector);
         shared.lock().keep(self.body.motion.velocities());
-        let (mut vectors, vector) = (Default::default(), &mut self.body.eigenvector);
-        let vector = std::mem::take(vector);
+        let mut vectors = Default::default();
+        let vector = std::mem::take(&mut self.body.eigenvector);
         self.body.motion.swap_vectors(&mut vectors);
         let state = self.state();
         self.body.motion.swap_vectors(&mut vectors);

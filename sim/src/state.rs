@@ -12,17 +12,17 @@ use serde::{Deserialize, Serialize};
 
 use crate::body_state::BodyState;
 use crate::cutting::CapturedEdge;
-use crate::error::{BodyProblem, WorldError};
+use crate::error::{BodyProblem, WorldError, in_body};
 use crate::grip::Adjusted;
 use crate::guard::{Kept, Retaken};
-use crate::input::InputSourceState;
+use crate::input::InputState;
 use crate::{CutPiece, Member, World};
 
 /// All of a world that its scene does not say, and nothing that a clock said: two runs of a scene give the same state.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct WorldState {
     now: Standing,
-    input: InputSourceState,
+    input: InputState,
     bodies: Vec<BodyState>,
     contact: Option<DeformableState>,
 }
@@ -66,9 +66,9 @@ impl World {
     pub fn state(&self) -> WorldState {
         WorldState {
             now: self.now.clone(),
-            input: self.input.state(),
+            input: self.input.state.clone(),
             bodies: self.members.iter().map(Member::state).collect(),
-            contact: (self.deformable.as_ref()).map(|contact| contact.state().clone()),
+            contact: (self.deformable.as_ref()).map(|contact| contact.contact.state().clone()),
         }
     }
 
@@ -110,7 +110,7 @@ impl World {
         }
         self.set_contact(state.contact);
         self.now = state.now;
-        self.input.restore(state.input);
+        self.input.state = state.input;
         Ok(())
     }
 
@@ -123,46 +123,29 @@ impl World {
             edge.member < members && edge.cut <= self.scene.cuts.len() && edge.sweep.is_finite()
         });
         let adjusted = now.adjusted;
+        let times = finite(now.origin) && finite(adjusted.damping);
+        let gravity = [now.gravity, adjusted.gravity];
+        let gravity = gravity.iter().flatten().all(|g| g.is_finite());
+        let steps = now.control.is_sound() && now.step > 0.0 && now.step.is_finite();
+        let inputs = self.input.fits(&state.input, &self.scene);
         let sound = [
             (state.bodies.len() == members, "its bodies"),
             (cuts, "its edges of blades"),
-            (
-                finite(now.origin) && finite(adjusted.damping),
-                "its times or rates",
-            ),
-            (
-                [now.gravity, adjusted.gravity]
-                    .iter()
-                    .flatten()
-                    .all(|g| g.is_finite()),
-                "its values of gravity",
-            ),
-            (
-                now.control.is_sound() && now.step > 0.0 && now.step.is_finite(),
-                "its shortened steps",
-            ),
-            (
-                self.input.fits(&state.input, &self.scene),
-                "its tools and inputs",
-            ),
+            (times, "its times or rates"),
+            (gravity, "its values of gravity"),
+            (steps, "its shortened steps"),
+            (inputs, "its tools and inputs"),
         ];
         if let Some((_, what)) = sound.iter().find(|(sound, _)| !sound) {
             return Err(self.damaged(0, what));
         }
         for (index, Member { body, .. }) in self.members.iter().enumerate() {
             let kept = state.bodies.get(index);
-            let strokes = kept.map_or(&[][..], |kept| &kept.strokes);
-            if !strokes
-                .iter()
-                .all(|stroke| stroke.is_sound(body.rest.len()))
-            {
+            if !kept.is_none_or(|kept| kept.cut.is_sound(body.rest.len())) {
                 return Err(self.damaged(index, "its blades"));
             }
             if kept.is_none_or(|kept| kept.fingerprint != body.fingerprint) {
-                return Err(WorldError::Body {
-                    body: body.name.clone(),
-                    problem: BodyProblem::OtherBody,
-                });
+                return Err(BodyProblem::OtherBody.of(body));
             }
         }
         Ok(())
@@ -175,7 +158,7 @@ impl World {
                 return Err(self.damaged(index, "numbers of its nodes"));
             }
         }
-        let tools = self.input.poses().len();
+        let tools = self.input.state.poses.len();
         let kept = state.now.kept.as_ref();
         let touches = |contact: Option<&DeformableState>| match (&self.deformable, contact) {
             (Some(built), Some(contact)) => built.fits(contact),
@@ -194,10 +177,7 @@ impl World {
 
     fn damaged(&self, body: usize, what: &'static str) -> WorldError {
         let body = self.members.get(body);
-        WorldError::Body {
-            body: body.map_or_else(String::new, |member| member.body.name.clone()),
-            problem: BodyProblem::Damaged(what),
-        }
+        BodyProblem::Damaged(what).named(body.map_or("", |member| &member.body.name))
     }
 
     /// Restores a snapshot of contact between bodies.
@@ -217,7 +197,7 @@ impl World {
             return Ok(());
         };
         let update = member.replay(edge, cut.and_then(|cut| cut.weld_tolerance));
-        let update = update.map_err(|problem| problem.of(&member.body))?;
+        let update = in_body(update, &member.body.name)?;
         self.take_note(edge.member, update)
     }
 }
@@ -225,18 +205,17 @@ impl World {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{PronyTerm, Scene, Target, embedded};
+    use crate::scene::{PronyTerm, Scene};
+    use crate::testing::{bytes, small};
     use crate::{Action, Input, StrokePhase};
 
     /// A scene with few nodes and viscosity.
     fn viscous(name: &str) -> Scene {
-        let mut scene = embedded(name, &[]).expect("it is there");
-        scene.bodies[0].sampling.target = Target::Nodes(200);
+        let mut scene = small(name, 200);
         scene.bodies[0].material.viscosity = vec![PronyTerm {
             ratio: 0.5,
             relaxation_time: 0.01,
         }];
-        scene.integration.settle = None;
         scene
     }
 
@@ -251,7 +230,6 @@ mod tests {
         let mut scene = viscous("block");
         scene.bodies[0].material.viscosity.clear();
         scene.bodies[0].material.youngs_modulus = 800.0;
-        scene.pictures = None;
         let mut whole = World::new(scene.clone()).unwrap();
         for _ in 0..3000 {
             whole.step().unwrap();
@@ -269,7 +247,6 @@ mod tests {
             whole.step().unwrap();
             again.step().unwrap();
         }
-        let bytes = |world: &World| postcard::to_stdvec(&world.state()).unwrap();
         assert!(bytes(&whole) == bytes(&again), "bitwise");
     }
 
@@ -350,7 +327,6 @@ mod tests {
     fn blocks() -> World {
         let mut scene = viscous("block");
         scene.observe.input = true;
-        scene.pictures = None;
         let mut first = scene.bodies[0].clone();
         first.name = "first".to_owned();
         first.material.viscosity.clear();
@@ -359,10 +335,6 @@ mod tests {
             cut.body = None;
         }
         World::new(scene).unwrap()
-    }
-
-    fn bytes(world: &World) -> Vec<u8> {
-        postcard::to_stdvec(&world.state()).unwrap()
     }
 
     /// Edges of a blade that goes through the blocks, one for each of the steps from `start` on.

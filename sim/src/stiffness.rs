@@ -2,7 +2,10 @@
 
 use glam::DVec3;
 use phyxel_elastic::{Part, StiffNode};
-use phyxel_integrate::{Alarm, EigenvalueSettings, largest_eigenvalue, largest_eigenvalue_within};
+use phyxel_integrate::{
+    Alarm, Eigenvalue, EigenvalueError, EigenvalueSettings, largest_eigenvalue,
+    largest_eigenvalue_within,
+};
 
 use crate::body::{Body, first_estimate};
 use crate::error::BodyProblem;
@@ -21,33 +24,46 @@ pub(crate) struct PartMode {
     vector: Vec<DVec3>,
 }
 
+/// An estimate by so many products.
+fn estimate(products: usize) -> EigenvalueSettings {
+    EigenvalueSettings {
+        iterations: products,
+        ..first_estimate()
+    }
+}
+
 impl Body {
     /// Estimates the largest eigenvalue where the body is now: by products with the whole, from the
     /// vector of the last time, and by those with what surrounds its stiffest nodes.
     /// Shares that were handed what has changed here make the first.
     pub(crate) fn estimate_eigenvalue(&mut self, products: usize) -> Result<(), BodyProblem> {
-        let settings = EigenvalueSettings {
-            iterations: products,
-            ..first_estimate()
-        };
+        let settings = estimate(products);
         let found = match &mut self.shared {
             Some(shared) if shared.is_handed() => shared.estimate(&self.eigenvector, &settings)?,
             _ => {
                 self.fetch_vector();
                 self.turned_here();
-                let elastic = &mut self.elastic;
-                largest_eigenvalue(
-                    &self.masses,
-                    self.motion.supports(),
-                    |v, out| elastic.tangent_product_into(v, out),
-                    &mut self.eigenvector,
-                    &settings,
-                )?
+                self.whole_eigenvalue(&settings)?
             }
         };
         self.stiffness.take_whole(found.value);
         let stiffest = self.stiffest_nodes(STIFFEST_NODES, None);
         self.estimate_around(&stiffest)
+    }
+
+    /// The same of the whole where the model was evaluated, from the vector of the last time.
+    pub(crate) fn whole_eigenvalue(
+        &mut self,
+        settings: &EigenvalueSettings,
+    ) -> Result<Eigenvalue, EigenvalueError> {
+        let elastic = &mut self.elastic;
+        largest_eigenvalue(
+            &self.masses,
+            self.motion.supports(),
+            |v, out| elastic.tangent_product_into(v, out),
+            &mut self.eigenvector,
+            settings,
+        )
     }
 
     /// Estimates again where stiffness has risen since the last estimate, or everywhere when it has fallen;
@@ -118,10 +134,6 @@ impl Body {
         mut vector: Vec<DVec3>,
         products: usize,
     ) -> Result<PartMode, BodyProblem> {
-        let settings = EigenvalueSettings {
-            iterations: products,
-            ..first_estimate()
-        };
         let elastic = &mut self.elastic;
         let found = largest_eigenvalue_within(
             part.nodes(),
@@ -129,7 +141,7 @@ impl Body {
             self.motion.supports(),
             |v, out| elastic.tangent_product_within(part, v, out),
             &mut vector,
-            &settings,
+            &estimate(products),
         )?;
         Ok(PartMode {
             value: found.value,

@@ -58,12 +58,11 @@ impl ToolContact {
         self.tool == built.tool && self.rigid.is_sound(node_count)
     }
 
-    /// The contact of a tool at `pose` with the surface of an uncut body of a modulus (Pa), its nodes `spacing` (m)
+    /// The contact of a tool at its first key with the surface of an uncut body of a modulus (Pa), its nodes `spacing` (m)
     /// apart.
     pub(crate) fn new(
         tool: usize,
         description: &scene::Tool,
-        pose: &Pose,
         surface: ContactSurface,
         (youngs_modulus, spacing): (f64, f64),
     ) -> Self {
@@ -74,9 +73,10 @@ impl ToolContact {
             friction: description.friction,
             ..ContactSettings::new(stiffness)
         };
+        let (shape, pose) = (description.solid(), description.pose_at(0.0));
         Self {
             tool,
-            rigid: RigidTool::standing(description.solid(), *pose, Contact::new(surface, settings)),
+            rigid: RigidTool::standing(shape, pose, Contact::new(surface, settings)),
             torn: 0,
         }
     }

@@ -21,6 +21,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
+use phyxel_discretize::Bounds;
 use phyxel_splat::{
     Camera, DrawMode, DrawnMesh, DrawnTissue, Frame, Image, ImageCoat, MergedSplats, Overlay,
     RenderSettings, Renderer, Surface, Tissue, TissueSettings, TissueTexture, linear_color,
@@ -269,17 +270,10 @@ impl Painter {
         let mut changed = vec![Vec::new(); self.skins.len()];
         for piece in pieces {
             let member = &world.members()[piece.member];
-            let Member { body, cutting, .. } = member;
-            let Some(cutting) = cutting else { continue };
-            let cuts = cutting.cuts();
-            let near = member.triangles_near(&piece.triangles);
-            let change = self.skins[piece.member]
-                .tissue
-                .cut(&near, &|point| body.solid.contains(point), &|a, b| {
-                    cuts.crosses(a, b)
-                })
-                .map_err(|problem| SkinProblem::from(problem).named(&body.name))?;
-            changed[piece.member].extend(change.surfels);
+            let tissue = &mut self.skins[piece.member].tissue;
+            let cut = member.cut_surface(tissue, &piece.triangles);
+            let cut = cut.map_err(|problem| SkinProblem::from(problem).named(&member.body.name))?;
+            changed[piece.member].extend(cut);
         }
         for ((skin, member), changed) in
             self.skins.iter_mut().zip(world.members()).zip(&mut changed)
@@ -390,14 +384,15 @@ fn skin_of(
 
 /// The camera that a scene's pictures ask for.
 fn camera_of(world: &World, pictures: &Pictures) -> Camera {
-    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for member in world.members() {
-        let bounds = member.body.solid.bounds();
-        low = low.min(bounds.min);
-        high = high.max(bounds.max);
-    }
+    let Bounds { min, max } = bounds_of(world);
     let aspect = f64::from(pictures.width) / f64::from(pictures.height);
-    pictures.view.camera(low, high, aspect)
+    pictures.view.camera(min, max, aspect)
+}
+
+/// The box around all bodies at rest.
+pub(crate) fn bounds_of(world: &World) -> Bounds {
+    let boxes = world.members().iter().map(|m| m.body.solid.bounds());
+    Bounds::of(boxes.flat_map(|bounds| [bounds.min, bounds.max]))
 }
 
 /// The image that a scene lays on a surface.
