@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::material::Inclusion;
 use super::method::Method;
-use super::path::turn;
+use super::path::{one, turn};
 
 /// A deformable body.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -33,7 +33,7 @@ pub struct Body {
     #[cfg_attr(feature = "schemars", schemars(with = "[f64; 3]"))]
     pub rotation: DVec3,
     /// Size of the body over that which its shape says; applied before rotation and translation.
-    #[serde(default = "Body::default_scale")]
+    #[serde(default = "one")]
     pub scale: f64,
     /// Velocity (m/s) with which its nodes begin at scene time 0.
     #[serde(default)]
@@ -113,10 +113,6 @@ impl Body {
             turn: DMat3::from_quat(turn(self.rotation)),
             position: self.position,
         }
-    }
-
-    const fn default_scale() -> f64 {
-        1.0
     }
 
     const fn default_moved_mass() -> f64 {
@@ -230,7 +226,7 @@ pub struct PointFile {
     #[cfg_attr(feature = "schemars", schemars(with = "String"))]
     pub file: PathBuf,
     /// Metres per unit of the file.
-    #[serde(default = "Body::default_scale")]
+    #[serde(default = "one")]
     pub scale: f64,
     /// Direction in the file that becomes up (+z) in the scene.
     #[serde(default)]

@@ -13,9 +13,6 @@ mod body;
 mod event;
 mod faults;
 mod file;
-mod material;
-mod method;
-mod rigid;
 mod shapes;
 mod suggest;
 
@@ -24,7 +21,7 @@ use body::body;
 use event::{body_name, cut, support, tool};
 pub use faults::Fault;
 use faults::{Checks, triple};
-use rigid::rigid;
+use file::rigid;
 pub use suggest::{DidYouMean, nearest};
 
 impl Scene {

@@ -27,9 +27,7 @@ impl Support {
     pub fn acts_on(&self, body: &str) -> bool {
         self.body.as_ref().is_none_or(|name| name == body)
     }
-}
 
-impl Support {
     /// Holds the nodes of a region of every body where they rest.
     #[must_use]
     pub fn fixed(region: Region) -> Self {

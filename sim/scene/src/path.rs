@@ -45,6 +45,11 @@ impl Key {
     }
 }
 
+/// The scale of what is as large as it says, where a scene gives none.
+pub(super) const fn one() -> f64 {
+    1.0
+}
+
 /// Rotation that a rotation vector in degrees describes.
 pub(super) fn turn(degrees: DVec3) -> DQuat {
     DQuat::from_scaled_axis(degrees * (std::f64::consts::PI / 180.0))

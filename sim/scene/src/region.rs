@@ -48,14 +48,12 @@ impl Region {
             Self::Sphere { center, radius } => point.distance_squared(center) <= radius * radius,
         }
     }
+
     /// Those of `places` (m) that lie in it, by number.
     #[must_use]
     pub fn nodes(&self, places: &[DVec3]) -> Vec<u32> {
-        (0_u32..)
-            .zip(places)
-            .filter(|(_, x)| self.contains(**x))
-            .map(|(node, _)| node)
-            .collect()
+        let within = (0_u32..).zip(places).filter(|(_, x)| self.contains(**x));
+        within.map(|(node, _)| node).collect()
     }
 }
 
@@ -68,7 +66,7 @@ mod tests {
         let regions = [
             Region::HalfSpace {
                 point: DVec3::X,
-                normal: DVec3::X,
+                normal: 2.0 * DVec3::X,
             },
             Region::Box {
                 min: DVec3::X,

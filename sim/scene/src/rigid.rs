@@ -6,7 +6,7 @@ use glam::{DMat3, DVec3};
 use phyxel_discretize::{Axis, Placement, path_text};
 use serde::{Deserialize, Serialize};
 
-use super::path::turn;
+use super::path::{one, turn};
 
 /// A rigid surface from a mesh file, such as bones or the looks of an instrument: it is drawn among the bodies and
 /// touches nothing.
@@ -19,7 +19,7 @@ pub struct RigidMesh {
     #[cfg_attr(feature = "schemars", schemars(with = "String"))]
     pub file: PathBuf,
     /// Metres per unit of the file.
-    #[serde(default = "RigidMesh::default_scale")]
+    #[serde(default = "one")]
     pub scale: f64,
     /// Direction in the file that becomes up (+z).
     #[serde(default)]
@@ -47,10 +47,6 @@ impl RigidMesh {
             position: self.position,
         };
         placed.of_file(self.scale, self.up)
-    }
-
-    const fn default_scale() -> f64 {
-        1.0
     }
 
     /// Dry bone.

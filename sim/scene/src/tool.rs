@@ -4,7 +4,7 @@ use glam::DVec3;
 use phyxel_integrate::{Pose, RigidShape as ToolShape};
 use serde::{Deserialize, Serialize};
 
-use super::path::{Key, pose_at};
+use super::path::{Key, one, pose_at};
 use super::rigid::RigidMesh;
 
 /// A rigid tool that touches the bodies.
@@ -27,7 +27,7 @@ pub struct Tool {
     #[cfg_attr(feature = "schemars", schemars(with = "[f64; 3]"))]
     pub position: DVec3,
     /// Size of the tool over that which its shape says; its path stays.
-    #[serde(default = "Tool::default_scale")]
+    #[serde(default = "one")]
     pub scale: f64,
     /// What pictures show instead of its shape, in its own frame and at its scale; contact is with the shape.
     #[serde(default)]
@@ -76,10 +76,6 @@ impl Tool {
         let mut pose = pose_at(&self.path, time);
         pose.position += self.position;
         pose
-    }
-
-    const fn default_scale() -> f64 {
-        1.0
     }
 
     fn default_name() -> String {

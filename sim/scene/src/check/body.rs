@@ -4,10 +4,10 @@ use glam::DVec3;
 
 use super::Checks;
 use super::file::{existing_file, scale};
-use super::shapes::{refinement, shape};
-use super::{material, method};
+use super::shapes::{refinement, region, shape};
 use crate::{
-    Body, CutRule, Form, RadiusRule, Shape, SurfelSettings, SurfelSpacing, SurfelTarget, Target,
+    Body, CutRule, Dilatation, Form, Method, RadiusRule, Shape, SurfelSettings, SurfelSpacing,
+    SurfelTarget, Target,
 };
 
 pub(super) fn body(checks: &mut Checks, path: &str, body: &Body) {
@@ -20,8 +20,8 @@ pub(super) fn body(checks: &mut Checks, path: &str, body: &Body) {
         ", 1 for the size that the shape says",
     );
     sampling(checks, path, body);
-    material::of(checks, path, body);
-    method::method(checks, path, body);
+    material(checks, path, body);
+    method(checks, path, body);
     cut_rule(checks, &format!("{path}.cut_rule"), body.cut_rule);
     checks.require(
         (0.0..=1.0).contains(&body.damping_ratio),
@@ -254,4 +254,69 @@ fn radius(checks: &mut Checks, path: &str, rule: RadiusRule) {
             );
         }
     }
+}
+
+/// A body's material and its inclusions.
+fn material(checks: &mut Checks, path: &str, body: &Body) {
+    tell!(checks, &format!("{path}.material"), body.material.check());
+    for (index, part) in body.inclusions.iter().enumerate() {
+        let path = format!("{path}.inclusions[{index}]");
+        region(checks, &format!("{path}.region"), &part.region);
+        let mut bad = part.within(&body.material).check();
+        // What is not given here is the body's, and reported there.
+        bad.retain(|bad| match bad.field.as_str() {
+            "youngs_modulus" => part.youngs_modulus.is_some(),
+            "density" => part.density.is_some(),
+            "poissons_ratio" | "model.share" => part.poissons_ratio.is_some(),
+            field => part.fiber.is_some() && field.starts_with("fiber."),
+        });
+        tell!(checks, &path, bad);
+    }
+}
+
+/// How nodes are coupled.
+fn method(checks: &mut Checks, path: &str, body: &Body) {
+    let Method::Dissertation {
+        nearest,
+        support_scale,
+        neighbor_limit,
+    } = body.method
+    else {
+        return;
+    };
+    // A gradient in space needs so many neighbours at least.
+    const FEWEST: u32 = 4;
+    const MOST: u32 = 1000;
+    let place = format!("{path}.method");
+    for (name, count) in [
+        ("nearest", Some(nearest)),
+        ("neighbor_limit", neighbor_limit),
+    ] {
+        let Some(count) = count else { continue };
+        checks.require(
+            (FEWEST..=MOST).contains(&count),
+            format_args!("{place}.{name}"),
+            count,
+            format_args!("it must be from {FEWEST} to {MOST}"),
+        );
+    }
+    checks.require(
+        (0.5..=10.0).contains(&support_scale),
+        format_args!("{place}.support_scale"),
+        support_scale,
+        "it must be from 0.5 to 10, such as 1.5",
+    );
+    let material = &body.material;
+    checks.require(
+        material.stabilization == 0.0,
+        format_args!("{path}.material.stabilization"),
+        material.stabilization,
+        "the method Dissertation has no hourglass stabilization; set it to 0",
+    );
+    checks.require(
+        material.dilatation == Dilatation::Local,
+        format_args!("{path}.material.dilatation"),
+        "Mean",
+        "the method Dissertation has Local only",
+    );
 }

@@ -1,6 +1,6 @@
 //! What acts on the bodies: supports, tools and cuts.
 
-use super::rigid::rigid;
+use super::file::rigid;
 use super::shapes::{region, tool_shape};
 use super::suggest::{DidYouMean, nearest};
 use super::{Checks, triple};

@@ -1,8 +1,9 @@
-//! Files that a scene names.
+//! Files that a scene names, and rigid surfaces from them.
 
 use std::path::Path;
 
 use super::Checks;
+use crate::RigidMesh;
 
 pub(super) fn scale(checks: &mut Checks, path: &str, scale: f64) {
     checks.positive(
@@ -29,4 +30,13 @@ fn kind_of(metadata: &std::fs::Metadata) -> &'static str {
     } else {
         "a pipe or a device"
     }
+}
+
+/// A rigid surface that is only drawn.
+pub(super) fn rigid(checks: &mut Checks, path: &str, mesh: &RigidMesh) {
+    existing_file(checks, &format!("{path}.file"), &mesh.file, "a mesh file");
+    scale(checks, &format!("{path}.scale"), mesh.scale);
+    checks.finite(format_args!("{path}.position"), mesh.position);
+    checks.finite(format_args!("{path}.rotation"), mesh.rotation);
+    checks.color(&format!("{path}.color"), mesh.color);
 }

@@ -92,18 +92,12 @@ pub enum OverrideProblem {
     /// There is no `=`.
     #[error("write it as path.to.key=value, such as bodies[0].material.density=1000")]
     NoEquals,
-    /// The left side is no key path.
-    #[error("'{path}' is not a key path such as bodies[0].material.density")]
-    NoPath {
-        /// The left side.
-        path: String,
-    },
-    /// The right side is no RON value.
-    #[error("'{value}' is not one RON value")]
-    NoValue {
-        /// The right side.
-        value: String,
-    },
+    /// The left side, this, is no key path.
+    #[error("'{0}' is not a key path such as bodies[0].material.density")]
+    NoPath(String),
+    /// The right side, this, is no RON value.
+    #[error("'{0}' is not one RON value")]
+    NoValue(String),
     /// The list is shorter.
     #[error("{path}[{index}] is not there: {path} has {length}, counted from 0")]
     NoEntry {
@@ -114,12 +108,9 @@ pub enum OverrideProblem {
         /// The index asked for.
         index: usize,
     },
-    /// A value without parts lies on the way.
-    #[error("{path} has no such part to set")]
-    NoPart {
-        /// Path of the value.
-        path: String,
-    },
+    /// A value without parts, at this path, lies on the way.
+    #[error("{0} has no such part to set")]
+    NoPart(String),
     /// The text with the override no longer fits the format.
     #[error("{0}")]
     Format(String),

@@ -1,6 +1,7 @@
 //! Changes of single values of a settings file: `path.to.key=value`.
 
 use std::fmt;
+use std::ops::Range;
 
 use super::error::{OverrideError, OverrideProblem, Place};
 use super::key_path::{KeyPath, Segment};
@@ -28,15 +29,10 @@ impl Override {
             .split_once('=')
             .ok_or_else(|| error(OverrideProblem::NoEquals))?;
         let (path, value) = (path.trim(), value.trim());
-        let path = KeyPath::parse(path).ok_or_else(|| {
-            error(OverrideProblem::NoPath {
-                path: shortened(path),
-            })
-        })?;
+        let no_path = || error(OverrideProblem::NoPath(shortened(path)));
+        let path = KeyPath::parse(path).ok_or_else(no_path)?;
         if Node::read(value).is_none() {
-            return Err(error(OverrideProblem::NoValue {
-                value: shortened(value),
-            }));
+            return Err(error(OverrideProblem::NoValue(shortened(value))));
         }
         Ok(Self {
             path,
@@ -72,9 +68,13 @@ impl Override {
     /// # Errors
     /// [`OverrideProblem`] if there is nothing to set there.
     pub fn apply(&self, text: &str) -> Result<String, OverrideProblem> {
-        let tree = Node::read(text).ok_or(OverrideProblem::NoPart {
-            path: "the text".to_owned(),
-        })?;
+        let no_tree = || OverrideProblem::NoPart("the text".to_owned());
+        let tree = Node::read(text).ok_or_else(no_tree)?;
+        let changed = |span: Range<usize>, by: &str| {
+            let mut text = text.to_owned();
+            text.replace_range(span, by);
+            text
+        };
         let mut node = tree.inner();
         for (depth, segment) in self.path.0.iter().enumerate() {
             if let Some(child) = node.child(segment) {
@@ -83,14 +83,13 @@ impl Override {
                 continue;
             }
             let above = KeyPath(self.path.0[..depth].to_vec()).to_string();
-            let (at, end, before, after) = match (&node.content, segment) {
-                (Content::Struct { open, .. }, Segment::Key(_)) => (*open, *open, "", ", "),
+            let all = node.span.clone();
+            let (span, before, after) = match (&node.content, segment) {
+                (Content::Struct { open, .. }, Segment::Key(_)) => (*open..*open, "", ", "),
                 (Content::Tuple { items, .. }, Segment::Key(_)) if items.is_empty() => {
-                    (node.span.start, node.span.end, "(", ")")
+                    (all, "(", ")")
                 }
-                (Content::Leaf, Segment::Key(_)) if &text[node.span.clone()] == "None" => {
-                    (node.span.start, node.span.end, "(", ")")
-                }
+                (Content::Leaf, Segment::Key(_)) if &text[all.clone()] == "None" => (all, "(", ")"),
                 (Content::List(items) | Content::Tuple { items, .. }, Segment::Index(index)) => {
                     return Err(OverrideProblem::NoEntry {
                         path: above,
@@ -98,21 +97,12 @@ impl Override {
                         index: *index,
                     });
                 }
-                _ => return Err(OverrideProblem::NoPart { path: above }),
+                _ => return Err(OverrideProblem::NoPart(above)),
             };
             let added = self.nested(depth, &above)?;
-            return Ok(format!(
-                "{}{before}{added}{after}{}",
-                &text[..at],
-                &text[end..]
-            ));
+            return Ok(changed(span, &format!("{before}{added}{after}")));
         }
-        Ok(format!(
-            "{}{}{}",
-            &text[..node.span.start],
-            self.value,
-            &text[node.span.end..]
-        ))
+        Ok(changed(node.span.clone(), &self.value))
     }
 
     /// The value wrapped in the keys from `depth` on.
@@ -120,9 +110,7 @@ impl Override {
         let mut text = self.value.clone();
         for (from_end, segment) in self.path.0[depth..].iter().rev().enumerate() {
             let Segment::Key(key) = segment else {
-                return Err(OverrideProblem::NoPart {
-                    path: above.to_owned(),
-                });
+                return Err(OverrideProblem::NoPart(above.to_owned()));
             };
             text = if from_end == 0 {
                 format!("{key}: {text}")
@@ -168,12 +156,9 @@ pub fn place_of(
             position: None,
         };
     }
-    let byte = syntax
-        .tree(text)
-        .zip(path)
-        .map(|(tree, path)| tree.place_of(&path));
+    let found = syntax.tree(text).zip(path);
     Place {
         origin: origin.to_owned(),
-        position: byte.map(|byte| line_column(text, byte)),
+        position: found.map(|(tree, path)| line_column(text, tree.place_of(&path))),
     }
 }

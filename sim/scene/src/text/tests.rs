@@ -223,39 +223,6 @@ fn captures_hold_the_keys_and_keep_to_rate_and_distance() {
 }
 
 #[test]
-fn regions_hold_their_boundary() {
-    let half = Region::HalfSpace {
-        point: DVec3::new(0.0, 1.0, 0.0),
-        normal: DVec3::new(0.0, 2.0, 0.0),
-    };
-    let block = Region::Box {
-        min: DVec3::ZERO,
-        max: DVec3::ONE,
-    };
-    let ball = Region::Sphere {
-        center: DVec3::ONE,
-        radius: 2.0,
-    };
-    let inside = [
-        (half, [5.0, 1.0, -3.0]),
-        (half, [0.0, 9.0, 0.0]),
-        (block, [0.0, 1.0, 0.5]),
-        (ball, [3.0, 1.0, 1.0]),
-    ];
-    let outside = [
-        (half, [0.0, 0.999, 0.0]),
-        (block, [0.0, 1.001, 0.5]),
-        (ball, [3.001, 1.0, 1.0]),
-    ];
-    for (region, point) in inside {
-        assert!(region.contains(point.into()), "{region:?} {point:?}");
-    }
-    for (region, point) in outside {
-        assert!(!region.contains(point.into()), "{region:?} {point:?}");
-    }
-}
-
-#[test]
 fn the_default_scene_of_a_mesh_fits_its_box_as_it_stands() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     for (name, up) in [("cow #1.obj", Axis::Y), ("part.stl", Axis::Z)] {
@@ -395,56 +362,23 @@ fn a_value_of_another_type_is_told_what_it_must_be() {
         let text = format!("(version: 1, bodies: [(shape: Liver(width: 0.1), {body})], {rest})");
         read(&text).expect_err("another type").to_string()
     };
-    let cases = [
-        (
-            "sampling: (target: Nodes(6000.5))",
-            "",
-            "bodies[0].sampling.target is 6000.5; it must be a whole number of 0 or more",
-        ),
-        (
-            "sampling: (target: Nodes(-5))",
-            "",
-            "bodies[0].sampling.target is -5; it must be a whole number of 0 or more",
-        ),
-        (
-            "material: (density: \"heavy\")",
-            "",
-            "bodies[0].material.density is \"heavy\"; it must be a number",
-        ),
-        ("material: (density: 1000 kg)", "", "xpected"),
-        (
-            "name: 7",
-            "",
-            "bodies[0].name is 7; it must be a text in quotes",
-        ),
-        (
-            "position: 5",
-            "",
-            "bodies[0].position is 5; it must be three numbers",
-        ),
-        (
-            "position: (0, a, 0)",
-            "",
-            "bodies[0].position[1] is a; it must be a number",
-        ),
-        (
-            "surfels: (clip: 1)",
-            "",
-            "bodies[0].surfels.clip is 1; it must be true or false",
-        ),
-        ("", "supports: 3", "supports is 3; it must be a list"),
-        (
-            "",
-            "pictures: (width: 96.5)",
-            "pictures.width is 96.5; it must be a whole number",
-        ),
-        (
-            "",
-            "pictures: (view: Around(zoom: big))",
-            "pictures.view.zoom is big; it must be a number",
-        ),
-    ];
-    for (body, rest, expected) in cases {
+    // Keys of the body | of the scene | what is said.
+    let cases = r#"
+        sampling: (target: Nodes(6000.5)) | | bodies[0].sampling.target is 6000.5; it must be a whole number of 0 or more
+        sampling: (target: Nodes(-5)) | | bodies[0].sampling.target is -5; it must be a whole number of 0 or more
+        material: (density: "heavy") | | bodies[0].material.density is "heavy"; it must be a number
+        material: (density: 1000 kg) | | xpected
+        name: 7 | | bodies[0].name is 7; it must be a text in quotes
+        position: 5 | | bodies[0].position is 5; it must be three numbers
+        position: (0, a, 0) | | bodies[0].position[1] is a; it must be a number
+        surfels: (clip: 1) | | bodies[0].surfels.clip is 1; it must be true or false
+        | supports: 3 | supports is 3; it must be a list
+        | pictures: (width: 96.5) | pictures.width is 96.5; it must be a whole number
+        | pictures: (view: Around(zoom: big)) | pictures.view.zoom is big; it must be a number"#;
+    for case in cases.trim().lines() {
+        let [body, rest, expected] = case.split('|').map(str::trim).collect::<Vec<_>>()[..] else {
+            panic!("three parts in '{case}'");
+        };
         let error = told(body, rest);
         assert!(error.contains(expected), "{error}");
     }

@@ -85,13 +85,7 @@ impl Node {
     /// The tree of a text in RON; nothing where brackets or separators do not fit.
     #[must_use]
     pub fn read(text: &str) -> Option<Self> {
-        let mut reader = Reader {
-            text,
-            at: 0,
-            depth: 0,
-            json: false,
-        };
-        reader.skip();
+        let mut reader = Reader::new(text, false);
         while reader.rest().starts_with("#!") {
             reader.at += reader.rest().find(']')? + 1;
             reader.skip();
@@ -102,14 +96,7 @@ impl Node {
     /// The same of a text in JSON.
     #[must_use]
     pub fn read_json(text: &str) -> Option<Self> {
-        let mut reader = Reader {
-            text,
-            at: 0,
-            depth: 0,
-            json: true,
-        };
-        reader.skip();
-        reader.whole()
+        Reader::new(text, true).whole()
     }
 
     /// The value seen through `Some(..)` and other names around a single value, `{"Name": ..}` in JSON.
@@ -199,6 +186,18 @@ struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
+    /// At the first value of a text.
+    fn new(text: &'a str, json: bool) -> Self {
+        let mut reader = Self {
+            text,
+            at: 0,
+            depth: 0,
+            json,
+        };
+        reader.skip();
+        reader
+    }
+
     fn rest(&self) -> &'a str {
         &self.text[self.at..]
     }
@@ -219,20 +218,14 @@ impl<'a> Reader<'a> {
             if trimmed.starts_with("//") {
                 self.at += trimmed.find('\n').unwrap_or(trimmed.len());
             } else if trimmed.starts_with("/*") {
-                let mut depth = 0_usize;
-                let mut bytes = trimmed.as_bytes();
+                let (mut depth, mut bytes) = (0_usize, trimmed.as_bytes());
                 loop {
-                    if bytes.starts_with(b"/*") {
-                        depth += 1;
-                        bytes = &bytes[2..];
-                    } else if bytes.starts_with(b"*/") {
-                        depth -= 1;
-                        bytes = &bytes[2..];
-                    } else if bytes.is_empty() {
-                        break;
-                    } else {
-                        bytes = &bytes[1..];
-                    }
+                    (depth, bytes) = match bytes {
+                        [b'/', b'*', rest @ ..] => (depth + 1, rest),
+                        [b'*', b'/', rest @ ..] => (depth - 1, rest),
+                        [_, rest @ ..] => (depth, rest),
+                        [] => break,
+                    };
                     if depth == 0 {
                         break;
                     }
@@ -361,16 +354,17 @@ impl<'a> Reader<'a> {
                 self.identifier()?
             };
             self.skip();
-            if !self.take(':') {
-                return None;
-            }
+            self.take(':').then_some(())?;
             self.skip();
             fields.push((name, key, self.value()?));
             self.skip();
-            if !self.take(',') && !self.rest().starts_with(close) {
-                return None;
-            }
+            self.separator(close)?;
         }
+    }
+
+    /// A comma, or the bracket that closes.
+    fn separator(&mut self, close: char) -> Option<()> {
+        (self.take(',') || self.rest().starts_with(close)).then_some(())
     }
 
     /// A key in quotes, without them; its span holds them.
@@ -390,9 +384,7 @@ impl<'a> Reader<'a> {
             }
             items.push(self.value()?);
             self.skip();
-            if !self.take(',') && !self.rest().starts_with(close) {
-                return None;
-            }
+            self.separator(close)?;
         }
     }
 

@@ -69,30 +69,28 @@ pub(crate) fn read<T: DeserializeOwned>(
 
 /// What the language's own reader says of a text that has no tree.
 fn unreadable(text: &str, syntax: Syntax) -> Misread {
-    let (byte, problem) = match syntax {
-        Syntax::Ron => match options().from_str::<IgnoredAny>(text) {
-            Ok(_) => (0, "brackets or separators do not fit".to_owned()),
-            Err(error) => {
-                let start = error.span.start;
-                let mut told = error.code.to_string();
-                if let Some(first) = told.get_mut(..1) {
-                    first.make_ascii_lowercase();
-                }
-                (byte_at(text, start.line, start.col), told)
-            }
-        },
-        Syntax::Json => match serde_json::from_str::<IgnoredAny>(text) {
-            Ok(_) => (0, "brackets or separators do not fit".to_owned()),
-            Err(error) => {
-                let told = error.to_string();
-                // The position comes before the problem.
-                let told = told
-                    .rsplit_once(" at line ")
-                    .map_or(&*told, |(told, _)| told);
-                (byte_at(text, error.line(), error.column()), told.to_owned())
-            }
-        },
+    let ron = || {
+        let error = options().from_str::<IgnoredAny>(text).err()?;
+        let start = error.span.start;
+        let mut told = error.code.to_string();
+        if let Some(first) = told.get_mut(..1) {
+            first.make_ascii_lowercase();
+        }
+        Some((byte_at(text, start.line, start.col), told))
     };
+    let json = || {
+        let error = serde_json::from_str::<IgnoredAny>(text).err()?;
+        let told = error.to_string();
+        // The position comes before the problem.
+        let told = (told.rsplit_once(" at line ")).map_or(&*told, |(told, _)| told);
+        Some((byte_at(text, error.line(), error.column()), told.to_owned()))
+    };
+    let found = match syntax {
+        Syntax::Ron => ron(),
+        Syntax::Json => json(),
+    };
+    let unseen = || (0, "brackets or separators do not fit".to_owned());
+    let (byte, problem) = found.unwrap_or_else(unseen);
     Misread {
         byte,
         path: String::new(),
@@ -129,6 +127,11 @@ impl ValueError {
             path: Vec::new(),
             problem,
         }
+    }
+
+    fn unknown(what: &'static str, found: &str, known: &'static [&'static str]) -> Self {
+        let found = found.to_owned();
+        Self::new(Problem::Unknown { what, found, known })
     }
 
     fn at(mut self, span: &Range<usize>) -> Self {
@@ -199,19 +202,11 @@ impl de::Error for ValueError {
     }
 
     fn unknown_field(found: &str, known: &'static [&'static str]) -> Self {
-        Self::new(Problem::Unknown {
-            what: "key",
-            found: found.to_owned(),
-            known,
-        })
+        Self::unknown("key", found, known)
     }
 
     fn unknown_variant(found: &str, known: &'static [&'static str]) -> Self {
-        Self::new(Problem::Unknown {
-            what: "choice",
-            found: found.to_owned(),
-            known,
-        })
+        Self::unknown("choice", found, known)
     }
 
     fn missing_field(key: &'static str) -> Self {
@@ -410,16 +405,16 @@ impl<'de> Deserializer<'de> for Value<'_> {
         choices: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, ValueError> {
+        let start = self.node.span.start;
         let choice = match (self.syntax, &self.node.content) {
-            (Syntax::Ron, Content::Leaf) if !self.name().is_empty() => {
-                Some((self.name().to_owned(), self.node.span.start, None))
+            (Syntax::Ron, content) if !self.name().is_empty() => {
+                let values = (!matches!(content, Content::Leaf)).then_some(self);
+                Some((self.name().to_owned(), start, values))
             }
-            (Syntax::Ron, _) if !self.name().is_empty() => {
-                Some((self.name().to_owned(), self.node.span.start, Some(self)))
+            (Syntax::Json, Content::Leaf) => {
+                let name = serde_json::from_str(self.written());
+                name.ok().map(|name| (name, start, None))
             }
-            (Syntax::Json, Content::Leaf) => serde_json::from_str(self.written())
-                .ok()
-                .map(|name| (name, self.node.span.start, None)),
             (Syntax::Json, Content::Struct { fields, .. }) => match fields.as_slice() {
                 [(name, key, value)] => Some((name.clone(), key.start, Some(self.of(value)))),
                 _ => None,
