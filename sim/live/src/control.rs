@@ -26,21 +26,8 @@ pub enum Control {
         #[serde(default)]
         name: String,
     },
-    /// Write a picture as seen by this camera.
-    Picture {
-        /// Eye (m).
-        eye: [f64; 3],
-        /// Point looked at (m).
-        target: [f64; 3],
-        /// Direction that is up in the picture.
-        up: [f64; 3],
-        /// Vertical field of view (degrees).
-        field_of_view: f64,
-        /// Size (pixels).
-        width: u32,
-        /// Size (pixels).
-        height: u32,
-    },
+    /// Write a picture as seen by a camera.
+    Picture(Picture),
     /// Another scene of those listed.
     Scene {
         /// Its name.
@@ -73,6 +60,23 @@ pub enum Control {
     /// Something that this version does not know.
     #[serde(other)]
     Unknown,
+}
+
+/// A picture as seen by a camera.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct Picture {
+    /// Eye (m).
+    pub eye: [f64; 3],
+    /// Point looked at (m).
+    pub target: [f64; 3],
+    /// Direction that is up in the picture.
+    pub up: [f64; 3],
+    /// Vertical field of view (degrees).
+    pub field_of_view: f64,
+    /// Size (pixels).
+    pub width: u32,
+    /// Size (pixels).
+    pub height: u32,
 }
 
 const fn one() -> u32 {

@@ -1,7 +1,7 @@
 //! As much of HTTP/1.1 as a fixed table of files and one upgrade need.
 
 use std::io::{self, ErrorKind, Read, Write};
-use std::net::TcpStream;
+use std::net::{Shutdown, TcpStream};
 use std::time::{Duration, Instant};
 
 /// Most bytes of a request's head.
@@ -110,7 +110,7 @@ pub(crate) fn read_head(stream: &mut TcpStream) -> io::Result<Option<(Head, Vec<
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; \
      connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
-/// Writes a response and its end.
+/// Writes a response and ends the connection's own side.
 pub(crate) fn respond(
     stream: &mut TcpStream,
     status: &str,
@@ -126,7 +126,15 @@ pub(crate) fn respond(
     );
     stream.write_all(head.as_bytes())?;
     stream.write_all(body)?;
-    stream.flush()
+    stream.flush()?;
+    // What was written arrives.
+    stream.shutdown(Shutdown::Write)
+}
+
+/// The same in plain words.
+pub(crate) fn say(stream: &mut TcpStream, status: &str, words: &str) -> io::Result<()> {
+    let plain = "text/plain; charset=utf-8";
+    respond(stream, status, plain, words.as_bytes())
 }
 
 #[cfg(test)]

@@ -97,23 +97,13 @@ pub(crate) fn decode(bytes: &[u8]) -> Option<Incoming> {
             let (sequence, phase) = (head.u32()?, phase(head.u32()?)?);
             let tool = usize::try_from(head.u32()?).ok()?;
             head.u32()?;
-            let position = place(head.point()?)?;
-            let rotation = [
-                head.finite()?,
-                head.finite()?,
-                head.finite()?,
-                head.finite()?,
-            ];
-            let rotation = unit(rotation)?;
-            Incoming::Hand(
-                sequence,
-                Hand::Pose {
-                    tool,
-                    phase,
-                    position,
-                    rotation,
-                },
-            )
+            let hand = Hand::Pose {
+                tool,
+                phase,
+                position: place(head.finite()?)?,
+                rotation: unit(head.finite()?)?,
+            };
+            Incoming::Hand(sequence, hand)
         }
         kind::EDGE => {
             let (sequence, phase) = (head.u32()?, phase(head.u32()?)?);
@@ -122,30 +112,26 @@ pub(crate) fn decode(bytes: &[u8]) -> Option<Incoming> {
             if !(few..=MAX_EDGE).contains(&count) || count == 1 {
                 return None;
             }
-            let points = (0..count).map(|_| place(tail.point()?));
+            let points = (0..count).map(|_| place(tail.finite()?));
             let points = points.collect::<Option<Vec<_>>>()?;
             Incoming::Hand(sequence, Hand::Edge { phase, points })
         }
         kind::GRIP => {
             let (sequence, phase) = (head.u32()?, phase(head.u32()?)?);
-            let position = place(head.point()?)?;
-            let radius = head
-                .finite()
-                .filter(|radius| (0.0..=1.0).contains(radius))?;
-            Incoming::Hand(
-                sequence,
-                Hand::Grip {
-                    phase,
-                    position,
-                    radius,
-                },
-            )
+            let position = place(head.finite()?)?;
+            let [radius] = head.finite()?;
+            let hand = Hand::Grip {
+                phase,
+                position,
+                radius: (0.0..=1.0).contains(&radius).then_some(radius)?,
+            };
+            Incoming::Hand(sequence, hand)
         }
         kind::MESH => {
             let total = usize::try_from(head.u32()?).ok()?;
             let offset = usize::try_from(head.u32()?).ok()?;
-            let extension: Vec<u8> = head.u32()?.to_le_bytes().to_vec();
-            let extension: Vec<u8> = extension.into_iter().take_while(|&b| b != 0).collect();
+            let extension = head.u32()?.to_le_bytes().into_iter();
+            let extension: Vec<u8> = extension.take_while(|&b| b != 0).collect();
             let plain = extension.iter().all(u8::is_ascii_lowercase) && !extension.is_empty();
             let piece = tail.rest().to_vec();
             let fits = total <= MAX_MESH && !piece.is_empty();

@@ -16,7 +16,7 @@ mod socket;
 mod undo;
 mod wire;
 
-pub use control::{BodyInfo, Control, Scene, Stats, Told, ToolInfo};
+pub use control::{BodyInfo, Control, Picture, Scene, Stats, Told, ToolInfo};
 pub use incoming::{Hand, HandPhase, MAX_EDGE, MAX_MESH};
 pub use lead::{BladeLead, Led, Placement, PoseLead};
 pub use outgoing::{

@@ -14,7 +14,7 @@ use tungstenite::handshake::derive_accept_key;
 use crate::assets;
 use crate::control::{Control, Scene, Told};
 use crate::gate::{Gate, is_from_here};
-use crate::http::{Head, read_head, respond};
+use crate::http::{Head, read_head, respond, say};
 use crate::incoming::{self, Hand, Incoming, MAX_MESH};
 use crate::mailbox::{Mailbox, Outgoing};
 use crate::outgoing::MAX_CLIENTS;
@@ -120,6 +120,14 @@ impl Shared {
 
     fn clients(&self) -> MutexGuard<'_, [Option<Arc<Mailbox>>; MAX_CLIENTS]> {
         self.clients.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Gives a client a position, if one is free.
+    fn admit(&self, mailbox: &Arc<Mailbox>) -> Option<ClientId> {
+        let mut clients = self.clients();
+        let free = clients.iter().position(Option::is_none)?;
+        clients[free] = Some(Arc::clone(mailbox));
+        Some(free)
     }
 }
 
@@ -338,50 +346,33 @@ fn listen(listener: &TcpListener, shared: &Arc<Shared>) {
 /// Serves one connection to its end.
 fn connection(mut stream: TcpStream, number: u64, shared: &Arc<Shared>) -> io::Result<()> {
     stream.set_write_timeout(Some(Duration::from_secs(10)))?;
-    let plain = "text/plain; charset=utf-8";
     let Some((head, early)) = read_head(&mut stream)? else {
-        respond(&mut stream, "400 Bad Request", plain, b"not a request\n")?;
-        return linger(&stream);
+        return say(&mut stream, "400 Bad Request", "not a request\n");
     };
     if !is_from_here(&head) {
-        let text = b"only this machine's own pages may ask\n";
-        respond(&mut stream, "403 Forbidden", plain, text)?;
-        return linger(&stream);
+        let words = "only this machine's own pages may ask\n";
+        return say(&mut stream, "403 Forbidden", words);
     }
     if head.method != "GET" {
-        respond(&mut stream, "405 Method Not Allowed", plain, b"GET only\n")?;
-        return linger(&stream);
+        return say(&mut stream, "405 Method Not Allowed", "GET only\n");
     }
     match &*head.path {
-        "/token" => {
-            match shared.gate.exchange(&head.query) {
-                Some(token) => respond(&mut stream, "200 OK", plain, token.as_bytes())?,
-                None => {
-                    let text = b"this code is not good, or not any more\n";
-                    respond(&mut stream, "403 Forbidden", plain, text)?;
-                }
+        "/token" => match shared.gate.exchange(&head.query) {
+            Some(token) => say(&mut stream, "200 OK", token),
+            None => {
+                let words = "this code is not good, or not any more\n";
+                say(&mut stream, "403 Forbidden", words)
             }
-            linger(&stream)
-        }
+        },
         "/session" => session(stream, number, &head, early, shared),
-        path => {
-            match assets::find(path) {
-                Some(asset) => respond(
-                    &mut stream,
-                    "200 OK",
-                    asset.content_type,
-                    asset.content.as_bytes(),
-                )?,
-                None => respond(&mut stream, "404 Not Found", plain, b"no such page\n")?,
+        path => match assets::find(path) {
+            Some(asset) => {
+                let (kind, content) = (asset.content_type, asset.content.as_bytes());
+                respond(&mut stream, "200 OK", kind, content)
             }
-            linger(&stream)
-        }
+            None => say(&mut stream, "404 Not Found", "no such page\n"),
+        },
     }
-}
-
-/// Ends a connection so that what was written arrives.
-fn linger(stream: &TcpStream) -> io::Result<()> {
-    stream.shutdown(Shutdown::Write)
 }
 
 /// Upgrades a connection to a client's socket.
@@ -393,7 +384,6 @@ fn session(
     shared: &Arc<Shared>,
 ) -> io::Result<()> {
     use std::io::Write;
-    let plain = "text/plain; charset=utf-8";
     let upgrade = head.has_word("upgrade", "websocket")
         && head.has_word("connection", "upgrade")
         && head.only("sec-websocket-version") == Some("13");
@@ -402,40 +392,19 @@ fn session(
         .words("sec-websocket-protocol")
         .any(|word| word == PROTOCOL);
     let (true, Some(key), true) = (upgrade, key, offered) else {
-        let text = b"a WebSocket with the protocol phyxel.1 lives here\n";
-        respond(&mut stream, "400 Bad Request", plain, text)?;
-        return linger(&stream);
+        let words = "a WebSocket with the protocol phyxel.1 lives here\n";
+        return say(&mut stream, "400 Bad Request", words);
     };
     // Browsers let a page set no header but this.
     let token = head
         .words("sec-websocket-protocol")
         .find_map(|word| word.strip_prefix("token."));
     if !token.is_some_and(|token| shared.gate.knows(token)) {
-        respond(
-            &mut stream,
-            "403 Forbidden",
-            plain,
-            b"no token of this session\n",
-        )?;
-        return linger(&stream);
+        return say(&mut stream, "403 Forbidden", "no token of this session\n");
     }
     let mailbox = Arc::new(Mailbox::default());
-    let place = {
-        let mut clients = shared.clients();
-        let free = clients.iter().position(Option::is_none);
-        if let Some(free) = free {
-            clients[free] = Some(Arc::clone(&mailbox));
-        }
-        free
-    };
-    let Some(client) = place else {
-        respond(
-            &mut stream,
-            "503 Service Unavailable",
-            plain,
-            b"too many clients\n",
-        )?;
-        return linger(&stream);
+    let Some(client) = shared.admit(&mailbox) else {
+        return say(&mut stream, "503 Service Unavailable", "too many clients\n");
     };
     shared.strangers().forget(number);
     let accept = derive_accept_key(key.as_bytes());

@@ -132,15 +132,16 @@ impl<'a> Reader<'a> {
         self.take().map(u32::from_le_bytes)
     }
 
-    /// A finite number.
-    pub(crate) fn finite(&mut self) -> Option<f64> {
-        let value = self.take().map(f64::from_le_bytes)?;
-        value.is_finite().then_some(value)
-    }
-
-    /// Three finite numbers.
-    pub(crate) fn point(&mut self) -> Option<[f64; 3]> {
-        Some([self.finite()?, self.finite()?, self.finite()?])
+    /// Finite numbers.
+    pub(crate) fn finite<const N: usize>(&mut self) -> Option<[f64; N]> {
+        let mut values = [0.0; N];
+        for value in &mut values {
+            *value = f64::from_le_bytes(self.take()?);
+        }
+        values
+            .iter()
+            .all(|value| value.is_finite())
+            .then_some(values)
     }
 
     pub(crate) fn rest(self) -> &'a [u8] {

@@ -118,11 +118,16 @@ fn a_code_is_good_once_and_a_token_is_needed() {
     let target = format!("/token?{code}");
     let foreign = get(&server, &target, "Origin: http://evil.example\r\n");
     assert_eq!(status(&foreign), "403", "a foreign page does not get it");
+    for code in ["", &code[1..]] {
+        let other = get(&server, &format!("/token?{code}"), "");
+        assert_eq!(status(&other), "403", "'{code}' is another");
+    }
     assert_eq!(status(&get(&server, &target, "")), "200", "nor uses it up");
     assert_eq!(status(&get(&server, &target, "")), "403", "it was used");
     let token = token(&server);
     let own = format!("http://{}", server.address());
     assert!(join(&server, "", None).is_err());
+    assert!(join(&server, code, None).is_err());
     assert!(join(&server, &token[1..], None).is_err());
     assert!(join(&server, &token, Some("http://evil.example")).is_err());
     assert!(join(&server, &token, Some("null")).is_err());

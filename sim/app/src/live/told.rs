@@ -1,11 +1,12 @@
 //! What clients receive of a world.
 
 use glam::DVec3;
-use phyxel_live::{BodyInfo, BodyState, Control, Scene as SceneInfo, Stats, ToolInfo, ToolState};
+use phyxel_live::{BodyInfo, BodyState, Picture, Scene as SceneInfo, Stats, ToolInfo, ToolState};
 use phyxel_splat::Camera;
 
 use super::session::Session;
 use super::sources::Sources;
+use crate::picture::bounds_of;
 use phyxel::World;
 use phyxel::scene::{Scene, Shape, ToolShape, View};
 
@@ -54,12 +55,7 @@ pub(super) fn scene_of(
     sources: &Sources,
 ) -> SceneInfo {
     let (world, painter) = (session.world(), session.painter());
-    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for member in world.members() {
-        let bounds = member.body.solid.bounds();
-        low = low.min(bounds.min);
-        high = high.max(bounds.max);
-    }
+    let bounds = bounds_of(world);
     let view = base
         .pictures
         .as_ref()
@@ -103,8 +99,8 @@ pub(super) fn scene_of(
             .iter()
             .map(|source| [source.name.clone(), source.summary.clone()])
             .collect(),
-        low: low.to_array(),
-        high: high.to_array(),
+        low: bounds.min.to_array(),
+        high: bounds.max.to_array(),
         view,
         bodies: bodies.collect(),
         tools: world.scene().tools.iter().map(tool_of).collect(),
@@ -179,24 +175,13 @@ pub(super) fn stats_of(session: &Session, surfels: usize) -> Stats {
 }
 
 /// The camera and the size of a picture that a client asks for; `None` if there is no such camera.
-pub(super) fn camera_of(asked: &Control) -> Option<(Camera, [u32; 2])> {
-    let Control::Picture {
-        eye,
-        target,
-        up,
-        field_of_view,
-        width,
-        height,
-    } = asked
-    else {
-        return None;
-    };
-    let [eye, target, up] = [*eye, *target, *up].map(DVec3::from_array);
+pub(super) fn camera_of(asked: &Picture) -> Option<(Camera, [u32; 2])> {
+    let [eye, target, up] = [asked.eye, asked.target, asked.up].map(DVec3::from_array);
     (target - eye).try_normalize()?.cross(up).try_normalize()?;
     let eye = Some(eye).filter(|eye| eye.is_finite())?;
-    let angle = Some(*field_of_view).filter(|angle| (1.0..=120.0).contains(angle))?;
+    let angle = Some(asked.field_of_view).filter(|angle| (1.0..=120.0).contains(angle))?;
     let camera = Camera::looking_at(eye, target, up, angle.to_radians());
-    Some((camera, [*width, *height]))
+    Some((camera, [asked.width, asked.height]))
 }
 
 /// The name of a tool's shape, up to two points or directions (m) and a radius (m), as the live page receives it.

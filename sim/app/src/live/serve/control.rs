@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use glam::DVec3;
-use phyxel_live::{ClientId, Control, To, Told};
+use phyxel_live::{ClientId, Control, Picture, To, Told};
 
 use super::Show;
 use crate::live::session::{Session, SessionError};
@@ -52,7 +52,7 @@ impl Show {
                 let folder = folder.path().display().to_string();
                 self.server.tell(To::All, &Told::Saved { folder, files });
             }
-            picture @ Control::Picture { .. } => self.picture(client, &picture),
+            Control::Picture(asked) => self.picture(client, &asked),
             Control::Scene { name } => {
                 let scene = self.sources.scene(&name)?;
                 self.show(scene)?;
@@ -138,7 +138,7 @@ impl Show {
     }
 
     /// Writes a picture as the renderer of runs draws it.
-    pub(super) fn picture(&mut self, client: ClientId, asked: &Control) {
+    pub(super) fn picture(&mut self, client: ClientId, asked: &Picture) {
         let camera = crate::live::told::camera_of(asked);
         let Some((camera, [width, height])) = camera else {
             return self.complain(To::One(client), "there is no such camera");
@@ -155,13 +155,10 @@ impl Show {
         let frame = painter.draw(world);
         let name = self.free(|number| format!("picture-{number:03}.png"));
         let mut bytes = Vec::new();
-        let written = frame
-            .write_png(&mut bytes)
-            .map_err(|error| error.to_string());
-        let written = written.and_then(|()| {
-            self.folder
-                .write(&name, &bytes)
-                .map_err(|error| error.to_string())
+        let drawn = frame.write_png(&mut bytes);
+        let written = drawn.map_err(|error| error.to_string()).and_then(|()| {
+            let written = self.folder.write(&name, &bytes);
+            written.map_err(|error| error.to_string())
         });
         match written {
             Ok(()) => {

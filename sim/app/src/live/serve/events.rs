@@ -45,15 +45,25 @@ impl Show {
             self.owners.grip = None;
             self.session.let_go();
         }
-        let (own, others): (Vec<_>, Vec<_>) = self
-            .owners
-            .tools
-            .iter()
-            .partition(|(_, owner)| *owner == client);
-        self.owners.tools = others;
-        for (tool, _) in own {
+        let own = |(_, owner): &mut (usize, ClientId)| *owner == client;
+        for (tool, _) in self.owners.tools.extract_if(.., own) {
             self.session.put_tool(tool, None);
         }
+    }
+
+    /// Whether someone else drives what a client wants to, who is told so when they begin.
+    fn is_taken(
+        &self,
+        by: Option<ClientId>,
+        client: ClientId,
+        phase: HandPhase,
+        how: &str,
+    ) -> bool {
+        let taken = by.is_some_and(|owner| owner != client);
+        if taken && phase == HandPhase::Begin {
+            self.complain(To::One(client), how);
+        }
+        taken
     }
 
     pub(super) fn hand(&mut self, client: ClientId, hand: Hand) {
@@ -83,10 +93,8 @@ impl Show {
             }
             Hand::Edge { phase, points } => {
                 let points: Vec<DVec3> = points.into_iter().map(DVec3::from_array).collect();
-                if self.owners.blade.is_some_and(|owner| owner != client) {
-                    if phase == HandPhase::Begin {
-                        self.complain(To::One(client), "someone else is cutting");
-                    }
+                let how = "someone else is cutting";
+                if self.is_taken(self.owners.blade, client, phase, how) {
                     return;
                 }
                 match phase {
@@ -114,10 +122,8 @@ impl Show {
                 position,
                 radius,
             } => {
-                if self.owners.grip.is_some_and(|owner| owner != client) {
-                    if phase == HandPhase::Begin {
-                        self.complain(To::One(client), "someone else holds the tissue");
-                    }
+                let how = "someone else holds the tissue";
+                if self.is_taken(self.owners.grip, client, phase, how) {
                     return;
                 }
                 let point = DVec3::from_array(position);
