@@ -11,7 +11,7 @@ use phyxel_cli::run::{CHECKPOINT, RunError, RunOptions, RunState, Summary, repla
 const SCENE: &str = include_str!("determinism.ron");
 
 fn scene() -> Scene {
-    phyxel_scene::from_text(SCENE, "test", "", &[]).expect("the scene is valid")
+    crate::scene(SCENE)
 }
 
 /// Everything of a run that must not depend on the machine's load: files by name, the summary
@@ -28,7 +28,8 @@ fn results(summary: &Summary, folder: &Path) -> Files {
         summary.bodies[0].energy.imbalance < 1e-2,
         "the audit closes"
     );
-    let freed = cuts.strokes.iter().map(|s| s.released - s.added - s.decay);
+    let freed = cuts.strokes.iter().map(|stroke| stroke.energy);
+    let freed = freed.map(|energy| energy.released - energy.added - energy.decay);
     let (freed, whole) = (
         freed.sum::<f64>(),
         summary.bodies[0].energy.released_by_cuts,

@@ -1,7 +1,7 @@
 use glam::DVec3;
+use phyxel::elastic_stencils;
 use phyxel_elastic::{
     CutInput, CutPolicy, Dilatation, Elastic, Law, Material, Materials, Nodes, PronyTerm, Settings,
-    Stencils,
 };
 use phyxel_enrich::{CutSettings, Cuts, FactorSettings, Graph, PairFactors};
 use phyxel_mls::{ConservativeSettings, GradientStencils, Neighborhoods, inverse_square_weights};
@@ -22,12 +22,6 @@ struct Block {
     body: Elastic,
     cuts: Cuts,
     factors: PairFactors,
-}
-
-fn view<'a>(stencils: &'a GradientStencils, graph: &'a Neighborhoods) -> Stencils<'a> {
-    let (weights, matrices) = (&stencils.weights, &stencils.matrices);
-    Stencils::plain(graph.offsets(), graph.indices(), weights, matrices)
-        .with_multipliers(&stencils.scales, &stencils.multipliers)
 }
 
 impl Block {
@@ -53,7 +47,7 @@ impl Block {
         );
         let stencils = stencils.expect("valid");
         let body = Elastic::new(
-            &view(&stencils, &graph),
+            &elastic_stencils(&stencils, &graph),
             &Nodes::new(&rest, &volumes),
             &Materials::Uniform(material),
             &Settings {
@@ -97,7 +91,7 @@ impl Block {
         let fronts: Vec<_> = touched.iter().map(front).collect();
         let input = CutInput {
             touched: &touched,
-            stencils: &view(&self.stencils, &self.graph),
+            stencils: &elastic_stencils(&self.stencils, &self.graph),
             left: &factor,
             fronts: &fronts,
             positions: at,

@@ -21,3 +21,24 @@ mod scene_properties;
 mod scene_start;
 /// Scenes with tools: weight on a table, a dropped ball, a torn surface.
 mod scene_tools;
+
+use phyxel::World;
+use phyxel::scene::Scene;
+
+/// The scene of a text.
+fn scene(text: &str) -> Scene {
+    let scene = phyxel_scene::from_text(text, "test", "", &[]);
+    scene.unwrap_or_else(|error| panic!("{error}\n{text}"))
+}
+
+/// Its world.
+fn world(text: &str) -> World {
+    World::new(scene(text)).expect("it can be built")
+}
+
+/// Steps to a time (s).
+fn play(world: &mut World, until: f64) {
+    while world.time() < until {
+        world.step().expect("it steps");
+    }
+}

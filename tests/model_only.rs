@@ -3,7 +3,6 @@
 
 use glam::DVec3;
 use phyxel::Phase;
-use phyxel::World;
 use phyxel_cli::picture::Painter;
 
 const BARE: &str =
@@ -19,8 +18,7 @@ struct Played {
 }
 
 fn play(text: &str) -> Played {
-    let scene = phyxel_scene::from_text(&format!("({text})"), "test", "", &[]);
-    let mut world = World::new(scene.expect("the scene is valid")).expect("it can be built");
+    let mut world = crate::world(&format!("({text})"));
     if let Some(pictures) = &world.scene().pictures {
         let mut painter = Painter::new(&world, pictures).expect("it can be drawn");
         painter.carry(&world);

@@ -13,7 +13,6 @@ use glam::DVec3;
 use phyxel::World;
 use phyxel_cli::run::{RunOptions, run};
 use phyxel_scene::{Override, key_reference};
-use testkit::cloud::BOX_FACES;
 
 /// A fixed block that is pressed and cut, with pictures.
 const SCENE: &str = include_str!("scene_keys/scene.ron");
@@ -97,47 +96,17 @@ fn sag(world: &World) -> f64 {
 
 /// Files that scenes name: a lopsided closed mesh, points of the block's surface and two images.
 fn fill(shelf: &Path) {
-    let corners = [
-        (-2.5, -2.0, -2.0),
-        (2.5, -2.0, -2.0),
-        (-2.5, 2.0, -2.0),
-        (2.5, 2.0, -2.0),
-        (-2.5, -2.0, 2.0),
-        (2.5, -1.5, 2.0),
-        (-2.5, 2.0, 2.0),
-        (2.5, 2.0, 2.5),
-    ];
-    let mut mesh = String::new();
-    for (x, y, z) in corners {
-        mesh.push_str(&format!("v {x} {y} {z}\n"));
+    for (name, content) in [
+        ("block.obj", include_str!("scene_keys/block.obj")),
+        ("textured.obj", include_str!("scene_keys/textured.obj")),
+        ("block.mtl", "newmtl skin\nmap_Kd one.png\n"),
+        (
+            "block.xyz",
+            &points_on_box(DVec3::new(0.05, 0.04, 0.04), 5e-3),
+        ),
+    ] {
+        std::fs::write(shelf.join(name), content).expect("it can be written");
     }
-    for [a, b, c, d] in BOX_FACES.map(|face| face.map(|v| v + 1)) {
-        mesh.push_str(&format!("f {a} {b} {c}\nf {a} {c} {d}\n"));
-    }
-    std::fs::write(shelf.join("block.obj"), &mesh).expect("it can be written");
-    let corners = corners.map(|(x, _, z)| format!("vt {} {}\n", 0.2 * x, 0.2 * z));
-    let mapped = mesh.replace("f ", "usemtl skin\nf ");
-    let mapped: String = mapped
-        .lines()
-        .map(|line| match line.strip_prefix("f ") {
-            Some(face) => format!(
-                "f {}\n",
-                face.split(' ')
-                    .map(|v| format!("{v}/{v} "))
-                    .collect::<String>()
-            ),
-            None => format!("{line}\n"),
-        })
-        .collect();
-    let textured = format!("mtllib block.mtl\n{}{mapped}", corners.concat());
-    std::fs::write(shelf.join("textured.obj"), textured).expect("it can be written");
-    std::fs::write(shelf.join("block.mtl"), "newmtl skin\nmap_Kd one.png\n")
-        .expect("it can be written");
-    std::fs::write(
-        shelf.join("block.xyz"),
-        points_on_box(DVec3::new(0.05, 0.04, 0.04), 5e-3),
-    )
-    .expect("it can be written");
     let drawn = results(&[], shelf).expect("the scene runs");
     for (name, frame) in [
         ("one.png", "frames/frame-00000.png"),

@@ -8,6 +8,8 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use testkit::strategies::vector;
 
+use crate::play;
+
 /// A straight stroke.
 #[derive(Debug, Clone)]
 struct Stroke {
@@ -142,9 +144,7 @@ impl Drawn {
             cuts = cuts.collect::<String>(),
             scheme = self.scheme,
         );
-        let scene = phyxel_scene::from_text(&text, "test", "", &[]);
-        let scene = scene.unwrap_or_else(|error| panic!("{error}\n{text}"));
-        World::new(scene).expect("it can be built")
+        crate::world(&text)
     }
 
     /// Fibres are told in the scene's frame.
@@ -153,12 +153,6 @@ impl Drawn {
         let stiffness = format!("{:?}", 8e3 * scale * scale);
         let material = self.material.replace("(0, 1, 2)", &direction);
         material.replace("8e3", &stiffness)
-    }
-}
-
-fn play(world: &mut World, until: f64) {
-    while world.time() < until {
-        world.step().expect("it steps");
     }
 }
 

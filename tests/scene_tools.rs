@@ -2,8 +2,10 @@
 //! [`World`].
 
 use glam::DVec3;
-use phyxel::scene::{Pose, Scene};
+use phyxel::scene::Pose;
 use phyxel::{Action, Input, InputError, World};
+
+use crate::play;
 
 const BLOCK: &str = r#"
     version: 1,
@@ -16,19 +18,8 @@ const BLOCK: &str = r#"
     )],
 "#;
 
-fn scene(rest: &str) -> Scene {
-    let text = format!("({BLOCK}{rest})");
-    phyxel_scene::from_text(&text, "test", "", &[]).expect("the scene is valid")
-}
-
 fn world(rest: &str) -> World {
-    World::new(scene(rest)).expect("the world can be built")
-}
-
-fn play(world: &mut World, until: f64) {
-    while world.time() < until {
-        world.step().expect("it steps");
-    }
+    crate::world(&format!("({BLOCK}{rest})"))
 }
 
 fn weight(world: &World) -> f64 {
@@ -95,8 +86,7 @@ fn a_pushed_ball_and_its_block_keep_their_momentum() {
          tools: [(shape: Sphere(radius: 0.01), path: [(time: 0, position: (0, 0, 0.0262))],
              release: Some((mass: {mass}, force: (0, 0, -{push}))))],)"
     );
-    let scene = phyxel_scene::from_text(&text, "test", "", &[]).expect("the scene is valid");
-    let mut world = World::new(scene).expect("the world can be built");
+    let mut world = crate::world(&text);
     play(&mut world, 0.06);
     let (before, start) = (world.tool_forces()[0].pose.position.z, world.time());
     world.step().expect("it steps");

@@ -39,11 +39,7 @@ fn a_bar_is_twisted_by_360_degrees_and_back() {
     let back = body.motion.audit().elastic;
     assert!(back < 1e-3 * twisted, "{back} J of {twisted} J are left");
     assert!(largest_way(body) < 1e-3, "it is not back");
-    assert!(
-        body.motion.audit().unexplained() < 0.01,
-        "audit off by {}",
-        body.motion.audit().unexplained()
-    );
+    audit_closes(&world, 0.01);
 }
 
 #[test]
@@ -103,17 +99,14 @@ fn a_stiff_body_beside_a_soft_one_sets_the_step() {
         world.step().expect("it runs");
     }
     check(&world);
-    for member in world.members() {
-        let off = member.body.motion.audit().unexplained();
-        assert!(off < 0.01, "{}: audit off by {off}", member.body.name);
-    }
+    audit_closes(&world, 0.01);
 }
 
 #[test]
 fn ten_nodes_are_too_few_and_some_thirty_hang() {
     let few = BLOCK.replace("Nodes(500)", "Nodes(10)");
     let text = format!("(version: 1, bodies: [{few}], {HELD} {AT_ONCE})");
-    let error = World::new(scene(&text)).expect_err("too few");
+    let error = World::new(crate::scene(&text)).expect_err("too few");
     let said = error.to_string();
     assert!(said.contains("10 nodes") && said.contains("30"), "{said}");
     let few = BLOCK.replace("Nodes(500)", "Spacing(0.018)");
@@ -128,11 +121,7 @@ fn ten_nodes_are_too_few_and_some_thirty_hang() {
     let nodes = body.rest.iter().zip(body.motion.positions());
     let fallen: f64 = nodes.map(|(rest, x)| rest.z - x.z).sum();
     assert!(fallen > 0.0, "it sags");
-    assert!(
-        body.motion.audit().unexplained() < 0.01,
-        "audit off by {}",
-        body.motion.audit().unexplained()
-    );
+    audit_closes(&world, 0.01);
 }
 
 #[test]
@@ -146,8 +135,7 @@ fn steps_at_the_limit_stay_bounded_and_longer_ones_are_refused() {
     };
     let mut limit = world(&free, &rest(1.0));
     play(&mut limit, 1.0).expect("it stays bounded");
-    let off = limit.members()[0].body.motion.audit().unexplained();
-    assert!(off < 0.05, "audit off by {off}");
+    audit_closes(&limit, 0.05);
     let text = format!("(version: 1, bodies: [{free}], {})", rest(1.2));
     let error = phyxel_scene::from_text(&text, "test", "", &[]).expect_err("it is too long");
     let said = error.to_string();
@@ -244,9 +232,5 @@ fn a_graded_body_is_cut_where_it_is_fine() {
         fine > 2 * coarse,
         "{fine} nodes where it is refined, {coarse} elsewhere"
     );
-    assert!(
-        body.motion.audit().unexplained() < 0.01,
-        "audit off by {}",
-        body.motion.audit().unexplained()
-    );
+    audit_closes(&world, 0.01);
 }

@@ -24,8 +24,7 @@ fn slivers_part_a_block_as_one_cut_does() {
     assert_eq!(pieces(&one).len(), 2);
     assert_eq!(pieces(&one), pieces(&three));
     assert_eq!(severed(&one), severed(&three));
-    let off = three.members()[0].body.motion.audit().unexplained();
-    assert!(off < 0.02, "audit off by {off}");
+    audit_closes(&three, 0.02);
 }
 
 #[test]
@@ -93,8 +92,7 @@ fn a_hundred_cuts() {
     let captures: usize = cuts.map(|cut| world.capture_count(cut)).sum();
     assert_eq!(cutting(&world).counts().0, captures, "each is taken up");
     assert!(before > 10, "{before} pairs severed");
-    let off = world.members()[0].body.motion.audit().unexplained();
-    assert!(off < 0.02, "audit off by {off}");
+    audit_closes(&world, 0.02);
 }
 
 #[test]
@@ -130,11 +128,7 @@ fn a_block_is_cut_while_compressed_to_half() {
         "{} J of {pressed} J are left",
         audit.elastic
     );
-    assert!(
-        body.motion.audit().unexplained() < 0.02,
-        "audit off by {}",
-        body.motion.audit().unexplained()
-    );
+    audit_closes(&world, 0.02);
 }
 
 #[test]
@@ -201,11 +195,7 @@ fn a_cut_through_the_support_leaves_both_parts_held() {
             assert!(x.distance(*rest) < 0.01, "{rest} fell to {x}");
         }
     }
-    assert!(
-        body.motion.audit().unexplained() < 0.01,
-        "audit off by {}",
-        body.motion.audit().unexplained()
-    );
+    audit_closes(&world, 0.01);
 }
 
 #[test]

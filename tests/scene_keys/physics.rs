@@ -5,6 +5,7 @@ use phyxel::World;
 use phyxel_elastic::Material;
 
 use super::sag;
+use crate::play;
 
 /// A column that hangs by its top, 40 x 40 x 80 mm.
 fn world(material: &str, body: &str, rest: &str) -> World {
@@ -17,17 +18,10 @@ fn column(ratio: f64, material: &str, body: &str, rest: &str) -> World {
             material: (youngs_modulus: 1e4, poissons_ratio: {ratio}, density: 1000, {material}), {body})],
           supports: [(region: HalfSpace(point: (0, 0, 0.0399), normal: (0, 0, 1)))], {rest})"
     );
-    let scene = phyxel_scene::from_text(&text, "test", "", &[]);
-    World::new(scene.unwrap_or_else(|error| panic!("{error}"))).expect("it can be built")
+    crate::world(&text)
 }
 
 const AT_ONCE: &str = "integration: (settle: None), gravity: (ramp: 0),";
-
-fn play(world: &mut World, until: f64) {
-    while world.time() < until {
-        world.step().expect("it steps");
-    }
-}
 
 fn at_rest(material: &str, body: &str) -> World {
     let mut world = world(material, body, AT_ONCE);
@@ -209,8 +203,7 @@ fn mean_dilatation_agrees_where_nothing_locks() {
                 material: (youngs_modulus: 1e4, poissons_ratio: {ratio}, dilatation: {dilatation}))],
               supports: [(region: HalfSpace(point: (0, 0, 0.0149), normal: (0, 0, 1)))], {AT_ONCE})"
         );
-        let scene = phyxel_scene::from_text(&text, "test", "", &[]).expect("a scene");
-        let mut world = World::new(scene).expect("it can be built");
+        let mut world = crate::world(&text);
         world.rest_in_equilibrium().expect("it has an equilibrium");
         let body = &world.members()[0].body;
         let middle = |x: &DVec3| x.z < -0.0149 && x.truncate().length() < 0.02;

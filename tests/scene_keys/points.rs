@@ -1,22 +1,12 @@
 //! Bodies of points without tetrahedra, and skin from a file of points.
 
-use std::path::Path;
-
 use glam::DVec3;
 use phyxel::World;
-use phyxel::scene::Scene;
 use phyxel_cli::picture::Painter;
 use phyxel_cli::run::{RunOptions, run};
 
 use super::{points_on_box, sag};
-
-fn scene(text: &str, folder: &Path) -> Scene {
-    phyxel_scene::from_text(text, "test", folder, &[]).unwrap_or_else(|error| panic!("{error}"))
-}
-
-fn built(text: &str) -> World {
-    World::new(scene(text, Path::new(""))).unwrap_or_else(|error| panic!("{error}"))
-}
+use crate::play;
 
 /// A column that hangs by its top under its weight, of either form.
 fn column(sampling: &str, rest: &str) -> String {
@@ -33,7 +23,7 @@ fn column(sampling: &str, rest: &str) -> String {
 #[test]
 fn a_column_of_points_hangs_as_one_of_tetrahedra() {
     let hung = |sampling: &str| {
-        let mut world = built(&column(sampling, "gravity: (ramp: 0)"));
+        let mut world = crate::world(&column(sampling, "gravity: (ramp: 0)"));
         world.rest_in_equilibrium().expect("it has an equilibrium");
         world
     };
@@ -64,14 +54,12 @@ fn a_body_of_points_is_cut_and_written() {
     let cut = "gravity: None, cuts: [(edge: [(0, -0.05, 0), (0, 0.05, 0)], path: [
         (time: 0, position: (-0.05, 0, 0.003)), (time: 0.01, position: (0.05, 0, 0.003))])],";
     let text = column("target: Nodes(400), form: Points", cut);
-    let mut world = built(&text);
-    while world.time() < 0.012 {
-        world.step().expect("it steps");
-    }
+    let mut world = crate::world(&text);
+    play(&mut world, 0.012);
     let pieces = world.members()[0].pieces();
     assert_eq!(pieces.sizes.len(), 2, "{:?}", pieces.sizes);
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let mut short = scene(&text, Path::new(""));
+    let mut short = crate::scene(&text);
     short.integration.duration = 0.011;
     let options = RunOptions::quiet(folder.path(), 1);
     run(&short, &options).expect("it runs");
@@ -95,10 +83,8 @@ fn a_tool_feels_points_as_it_feels_tetrahedra() {
                 (time: 0, position: (0, 0, 0.021)), (time: 0.1, position: (0, 0, 0.018))])],
               gravity: None, integration: (settle: None))"
         );
-        let mut world = built(&text);
-        while world.time() < 0.4 {
-            world.step().expect("it steps");
-        }
+        let mut world = crate::world(&text);
+        play(&mut world, 0.4);
         let felt = world.tool_forces()[0];
         (felt.force.z, felt.area)
     };
@@ -126,7 +112,7 @@ fn skin_of_points_lies_on_the_body() {
                 surfels: (points: (file: \"scan.xyz\", scale: {scale}, up: X)))],
               pictures: (width: 64, height: 48))"
         );
-        let scene = scene(&text, folder.path());
+        let scene = phyxel_scene::from_text(&text, "test", folder.path(), &[]).expect("a scene");
         let pictures = scene.pictures.clone().expect("it has pictures");
         let world = World::new(scene).expect("it can be built");
         Painter::new(&world, &pictures).map(|mut painter| {

@@ -7,7 +7,7 @@ mod input;
 mod interrupt;
 mod progress;
 
-pub use checkpoint::{CheckpointError, read_checkpoint, write_checkpoint};
+pub use checkpoint::{CheckpointError, CheckpointFault, read_checkpoint, write_checkpoint};
 pub use folder::{OutputError, OutputFile, OutputFolder};
 pub use input::{InputFileError, input_csv, read_input};
 pub use interrupt::Interrupt;

@@ -28,9 +28,6 @@ use crate::output::{Interrupt, OutputError, OutputFolder};
 use crate::run::{RunError, RunOptions, run};
 use phyxel::scene::{Scene, Shape};
 
-/// Files of a run that a sweep has no use for: a case is run again from its start.
-const UNUSED: [&str; 1] = [crate::run::CHECKPOINT];
-
 /// A case with a value that the scene does not take.
 #[derive(Debug, thiserror::Error)]
 #[error("{place}: case {case}: {source}")]
@@ -50,12 +47,9 @@ pub enum CaseError {
     /// Its results cannot be written.
     #[error(transparent)]
     Output(#[from] OutputError),
-    /// It was asked to stop.
-    #[error("case {case} was stopped; the same command runs it again")]
-    Stopped {
-        /// Number of the case.
-        case: usize,
-    },
+    /// It, the case of this number, was asked to stop.
+    #[error("case {0} was stopped; the same command runs it again")]
+    Stopped(usize),
 }
 
 /// Where a plan says what is wrong with its scene: at one of the changes that all cases share, or where it
@@ -188,15 +182,13 @@ pub fn run_case(
         Ok(_) => None,
         Err(RunError::Output(error)) => return Err(error.into()),
         Err(RunError::Interrupted { .. }) => {
-            return Err(CaseError::Stopped { case: case.number });
+            return Err(CaseError::Stopped(case.number));
         }
         // Without the advice to resume from a checkpoint, which would be another scene.
         Err(RunError::Diverged { source, .. }) => Some(source.to_string()),
         Err(error) => Some(error.to_string()),
     };
-    let folder = OutputFolder::create(&out)?;
-    for name in UNUSED {
-        folder.remove(name)?;
-    }
+    // A case is run again from its start.
+    OutputFolder::create(&out)?.remove(crate::run::CHECKPOINT)?;
     Ok(case.end(sweep, error)?)
 }

@@ -246,47 +246,34 @@ fn parts(world: &mut World) -> Result<(Vec<PartCosts>, f64), RunError> {
 fn print(out: &mut impl Write, costs: &Costs) -> io::Result<()> {
     writeln!(out, "{}", costs.scene)?;
     for body in &costs.bodies {
+        let (name, nodes, pairs) = (&body.name, body.nodes, body.pairs);
+        let (tetrahedra, held, mass) = (body.tetrahedra, body.held, body.mass);
+        let (apart, volume) = (1e3 * body.spacing, 1e3 * body.volume);
         writeln!(
             out,
-            "  {}: {} nodes {:.2} mm apart, {} pairs, {} tetrahedra; {:.4} l, {:.4} kg",
-            body.name,
-            body.nodes,
-            1e3 * body.spacing,
-            body.pairs,
-            body.tetrahedra,
-            1e3 * body.volume,
-            body.mass
+            "  {name}: {nodes} nodes {apart:.2} mm apart, {pairs} pairs, {tetrahedra} tetrahedra; {volume:.4} l, {mass:.4} kg"
         )?;
         let corner = |[x, y, z]: [f64; 3]| format!("({x:.4}, {y:.4}, {z:.4})");
+        let [low, high] = [body.low, body.high].map(corner);
         writeln!(
             out,
-            "  {}: lies from {} to {} m; supports hold {} nodes",
-            body.name,
-            corner(body.low),
-            corner(body.high),
-            body.held
+            "  {name}: lies from {low} to {high} m; supports hold {held} nodes"
         )?;
     }
     print_parts(out, &costs.parts)?;
+    let (step, factor) = (1e3 * costs.step, costs.step_factor);
+    let (steps, settling) = (costs.steps, costs.settling_steps);
     writeln!(
         out,
-        "  step: {:.4} ms, {} of the largest stable one; {:.0} steps after at most {:.0} of settling",
-        1e3 * costs.step,
-        costs.step_factor,
-        costs.steps,
-        costs.settling_steps
+        "  step: {step:.4} ms, {factor} of the largest stable one; {steps:.0} steps after at most {settling:.0} of settling"
     )?;
+    let (strokes, captures, frames) = (costs.strokes, costs.captures, costs.frames);
     writeln!(
         out,
-        "  cuts: {} strokes, {} captures; nothing is kept for them before the first",
-        costs.strokes, costs.captures
+        "  cuts: {strokes} strokes, {captures} captures; nothing is kept for them before the first"
     )?;
-    if costs.frames > 0.0 {
-        writeln!(
-            out,
-            "  pictures: {:.0} frames and those of settling",
-            costs.frames
-        )?;
+    if frames > 0.0 {
+        writeln!(out, "  pictures: {frames:.0} frames and those of settling")?;
     } else {
         writeln!(out, "  pictures: off, so no surfels either")?;
     }

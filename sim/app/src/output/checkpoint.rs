@@ -14,6 +14,7 @@ use phyxel::scene::Scene;
 use phyxel_scene::{Override, SceneError, read_file};
 
 use super::folder::{OutputError, OutputFolder};
+use CheckpointFault as Fault;
 
 /// First line of a checkpoint.
 const MAGIC: &[u8] = b"phyxel checkpoint 9\n";
@@ -26,54 +27,41 @@ const LENGTH: usize = 8;
 /// Bytes of the checksum.
 const CHECKSUM: usize = 4;
 
+/// What is wrong with the file of a checkpoint.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CheckpointFault {
+    /// It cannot be read.
+    #[error("cannot read the checkpoint: {0}")]
+    Read(io::Error),
+    /// It is something else.
+    #[error("not a checkpoint")]
+    NotACheckpoint,
+    /// A checkpoint of another format, whose state is laid out otherwise.
+    #[error("a checkpoint of another format; resume with the phyxel that wrote it")]
+    OtherFormat,
+    /// It is cut short or changed.
+    #[error("the checkpoint is damaged: its checksum does not fit; take an earlier one")]
+    Damaged,
+    /// Another version of the program, this one, wrote it.
+    #[error("written by phyxel {0}, this is {PROGRAM}; resume with the version that wrote it")]
+    OtherProgram(String),
+    /// The state does not have the form that this program gives it.
+    #[error("the state cannot be decoded: {0}")]
+    State(postcard::Error),
+}
+
 /// A checkpoint that cannot be resumed from.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CheckpointError {
-    /// The file cannot be read.
-    #[error("{}: cannot read the checkpoint: {source}", file.display())]
-    Read {
+    /// The file is at fault.
+    #[error("{}: {fault}", file.display())]
+    File {
         /// The file.
         file: PathBuf,
-        /// What the system said.
-        source: io::Error,
-    },
-    /// The file is something else.
-    #[error("{}: not a checkpoint", file.display())]
-    NotACheckpoint {
-        /// The file.
-        file: PathBuf,
-    },
-    /// A checkpoint of another format, whose state is laid out otherwise.
-    #[error("{}: a checkpoint of another format; resume with the phyxel that wrote it", file.display())]
-    OtherFormat {
-        /// The file.
-        file: PathBuf,
-    },
-    /// The file is cut short or changed.
-    #[error("{}: the checkpoint is damaged: its checksum does not fit; take an earlier one", file.display())]
-    Damaged {
-        /// The file.
-        file: PathBuf,
-    },
-    /// Another version of the program wrote the file.
-    #[error(
-        "{}: written by phyxel {found}, this is {PROGRAM}; resume with the version that wrote it",
-        file.display()
-    )]
-    OtherProgram {
-        /// The file.
-        file: PathBuf,
-        /// The version that wrote it.
-        found: String,
-    },
-    /// The state does not have the form that this program gives it.
-    #[error("{}: the state cannot be decoded: {source}", file.display())]
-    State {
-        /// The file.
-        file: PathBuf,
-        /// What the decoder said.
-        source: postcard::Error,
+        /// What is wrong with it.
+        fault: CheckpointFault,
     },
     /// The scene inside is not valid (any more): its mesh may have gone.
     #[error(transparent)]
@@ -106,42 +94,30 @@ pub fn read_checkpoint<S: DeserializeOwned>(
     file: &Path,
     overrides: &[Override],
 ) -> Result<(Scene, S), CheckpointError> {
-    let bytes = read_file(file).map_err(|source| CheckpointError::Read {
+    let at_fault = |fault| CheckpointError::File {
         file: file.to_owned(),
-        source,
-    })?;
-    let [program, text, state] = decode(&bytes).map_err(|fault| match fault {
-        Fault::NotACheckpoint => CheckpointError::NotACheckpoint {
-            file: file.to_owned(),
-        },
-        Fault::OtherFormat => CheckpointError::OtherFormat {
-            file: file.to_owned(),
-        },
-        Fault::Damaged => CheckpointError::Damaged {
-            file: file.to_owned(),
-        },
-    })?;
+        fault,
+    };
+    let bytes = read_file(file).map_err(|error| at_fault(Fault::Read(error)))?;
+    let [program, text, state] = decode(&bytes).map_err(at_fault)?;
     if program != PROGRAM.as_bytes() {
-        return Err(CheckpointError::OtherProgram {
-            file: file.to_owned(),
-            found: String::from_utf8_lossy(program).into_owned(),
-        });
+        let found = String::from_utf8_lossy(program).into_owned();
+        return Err(at_fault(Fault::OtherProgram(found)));
     }
-    let state = postcard::from_bytes(state).map_err(|source| CheckpointError::State {
-        file: file.to_owned(),
-        source,
-    })?;
-    let (text, origin) = (
-        String::from_utf8_lossy(text),
-        format!("scene of {}", file.display()),
-    );
+    let state = postcard::from_bytes(state).map_err(|error| at_fault(Fault::State(error)))?;
+    let origin = format!("scene of {}", file.display());
+    let text = String::from_utf8_lossy(text);
     let scene = phyxel_scene::from_text(&text, &origin, "", overrides)?;
     Ok((scene, state))
 }
 
 fn encode(text: &str, state: &[u8]) -> Vec<u8> {
+    packed([PROGRAM.as_bytes(), text.as_bytes(), state])
+}
+
+fn packed(parts: [&[u8]; 3]) -> Vec<u8> {
     let mut bytes = MAGIC.to_vec();
-    for part in [PROGRAM.as_bytes(), text.as_bytes(), state] {
+    for part in parts {
         bytes.extend((part.len() as u64).to_le_bytes());
         bytes.extend(part);
     }
@@ -150,21 +126,13 @@ fn encode(text: &str, state: &[u8]) -> Vec<u8> {
     bytes
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Fault {
-    NotACheckpoint,
-    OtherFormat,
-    Damaged,
-}
-
 /// Version, text and state.
 fn decode(bytes: &[u8]) -> Result<[&[u8]; 3], Fault> {
     if !bytes.starts_with(MAGIC) {
-        let fault = match bytes.starts_with(FAMILY) {
+        return Err(match bytes.starts_with(FAMILY) {
             true => Fault::OtherFormat,
             false => Fault::NotACheckpoint,
-        };
-        return Err(fault);
+        });
     }
     let content = bytes.len().checked_sub(CHECKSUM).ok_or(Fault::Damaged)?;
     let (content, checksum) = bytes.split_at(content);
@@ -178,11 +146,7 @@ fn decode(bytes: &[u8]) -> Result<[&[u8]; 3], Fault> {
         let length = usize::try_from(u64::from_le_bytes(*length)).map_err(|_| Fault::Damaged)?;
         (*part, rest) = after.split_at_checked(length).ok_or(Fault::Damaged)?;
     }
-    if rest.is_empty() {
-        Ok(parts)
-    } else {
-        Err(Fault::Damaged)
-    }
+    rest.is_empty().then_some(parts).ok_or(Fault::Damaged)
 }
 
 #[cfg(test)]
@@ -203,6 +167,13 @@ mod tests {
         .zip(0..)
         .map(|(value, index)| (index, value))
         .collect()
+    }
+
+    fn fault_of(error: &CheckpointError) -> &Fault {
+        let CheckpointError::File { fault, .. } = error else {
+            panic!("{error}")
+        };
+        fault
     }
 
     fn bits(state: &[(u64, f64)]) -> Vec<(u64, u64)> {
@@ -233,10 +204,8 @@ mod tests {
         let root = tempfile::tempdir().expect("a temporary folder");
         let file = root.path().join("state");
         let whole = encode("(no scene)", &[7; 40]);
-        assert_eq!(
-            decode(&whole),
-            Ok([PROGRAM.as_bytes(), b"(no scene)", &[7; 40]])
-        );
+        let parts = decode(&whole).expect("it is whole");
+        assert_eq!(parts, [PROGRAM.as_bytes(), b"(no scene)", &[7; 40]]);
         for length in 0..whole.len() {
             assert!(decode(&whole[..length]).is_err(), "{length} bytes");
         }
@@ -252,7 +221,7 @@ mod tests {
         let error = read_checkpoint::<Vec<u8>>(&file, &[]).expect_err("it is something else");
         assert!(error.to_string().ends_with("not a checkpoint"), "{error}");
         let error = read_checkpoint::<Vec<u8>>(&root.path().join("gone"), &[]).expect_err("gone");
-        assert!(matches!(error, CheckpointError::Read { .. }), "{error}");
+        assert!(matches!(fault_of(&error), Fault::Read(_)), "{error}");
     }
 
     #[test]
@@ -262,14 +231,9 @@ mod tests {
         let text = "(version: 1)";
         fs::write(&file, encode(text, &[3, 1])).expect("it can be written");
         let error = read_checkpoint::<Vec<u64>>(&file, &[]).expect_err("two of three numbers");
-        assert!(matches!(error, CheckpointError::State { .. }), "{error}");
-        let mut bytes = MAGIC.to_vec();
-        for part in [b"9.9.9".as_slice(), text.as_bytes(), &[]] {
-            bytes.extend((part.len() as u64).to_le_bytes());
-            bytes.extend(part);
-        }
-        bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
-        fs::write(&file, &bytes).expect("it can be written");
+        assert!(matches!(fault_of(&error), Fault::State(_)), "{error}");
+        let bytes = packed([b"9.9.9", text.as_bytes(), &[]]);
+        fs::write(&file, bytes).expect("it can be written");
         let error = read_checkpoint::<Vec<u64>>(&file, &[]).expect_err("another program");
         assert!(
             error.to_string().contains("written by phyxel 9.9.9"),

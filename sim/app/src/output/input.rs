@@ -80,7 +80,7 @@ pub fn input_csv(scene: &Scene, inputs: &[Input]) -> Vec<u8> {
 }
 
 fn rows(scene: &Scene, Input { step, action }: &Input) -> Vec<Row> {
-    let row = |kind, name: &str, point, place: DVec3| Row {
+    let row = |kind, name: &str, point, place: DVec3, value| Row {
         step: *step,
         kind,
         name: name.to_owned(),
@@ -88,17 +88,18 @@ fn rows(scene: &Scene, Input { step, action }: &Input) -> Vec<Row> {
         x_m: place.x,
         y_m: place.y,
         z_m: place.z,
+        value,
         ..Row::default()
     };
     match action {
         Action::Tool { tool, pose } => {
-            let turn = pose.rotation;
+            let (turn, name) = (pose.rotation, &scene.tools[*tool].name);
             vec![Row {
                 qx: Some(turn.x),
                 qy: Some(turn.y),
                 qz: Some(turn.z),
                 qw: Some(turn.w),
-                ..row(Kind::Tool, &scene.tools[*tool].name, 0, pose.position)
+                ..row(Kind::Tool, name, 0, pose.position, None)
             }]
         }
         Action::Blade { cut, phase, edge } => {
@@ -106,21 +107,15 @@ fn rows(scene: &Scene, Input { step, action }: &Input) -> Vec<Row> {
             let points = edge.iter().enumerate();
             let rows = points.map(|(point, &place)| Row {
                 phase: Some(*phase),
-                ..row(Kind::Blade, name, point, place)
+                ..row(Kind::Blade, name, point, place, None)
             });
             rows.collect()
         }
-        Action::Grip { point, radius } => vec![Row {
-            value: Some(*radius),
-            ..row(Kind::Grip, "", 0, *point)
-        }],
-        Action::Pull { by } => vec![row(Kind::Pull, "", 0, *by)],
-        Action::LetGo => vec![row(Kind::LetGo, "", 0, DVec3::ZERO)],
-        Action::Gravity { acceleration } => vec![row(Kind::Gravity, "", 0, *acceleration)],
-        Action::Damping { rate } => vec![Row {
-            value: Some(*rate),
-            ..row(Kind::Damping, "", 0, DVec3::ZERO)
-        }],
+        Action::Grip { point, radius } => vec![row(Kind::Grip, "", 0, *point, Some(*radius))],
+        Action::Pull { by } => vec![row(Kind::Pull, "", 0, *by, None)],
+        Action::LetGo => vec![row(Kind::LetGo, "", 0, DVec3::ZERO, None)],
+        Action::Gravity { acceleration } => vec![row(Kind::Gravity, "", 0, *acceleration, None)],
+        Action::Damping { rate } => vec![row(Kind::Damping, "", 0, DVec3::ZERO, Some(*rate))],
     }
 }
 
@@ -168,7 +163,7 @@ fn add(scene: &Scene, inputs: &mut Vec<Input>, row: Row) -> Result<(), String> {
     if let Some(last) = inputs.last().filter(|last| last.step > step) {
         return Err(format!("step {step} comes after step {}", last.step));
     }
-    match row.kind {
+    let action = match row.kind {
         Kind::Tool => {
             let tool = index_of("tool", &row.name, scene.tools.iter().map(|t| &*t.name))?;
             let (Some(x), Some(y), Some(z), Some(w)) = (row.qx, row.qy, row.qz, row.qw) else {
@@ -180,8 +175,7 @@ fn add(scene: &Scene, inputs: &mut Vec<Input>, row: Row) -> Result<(), String> {
             }
             let position = place;
             let pose = Pose { rotation, position };
-            let action = Action::Tool { tool, pose };
-            inputs.push(Input { step, action });
+            Action::Tool { tool, pose }
         }
         Kind::Blade => {
             let cut = index_of("cut", &row.name, scene.cuts.iter().map(|c| &*c.name))?;
@@ -192,11 +186,13 @@ fn add(scene: &Scene, inputs: &mut Vec<Input>, row: Row) -> Result<(), String> {
             match last.map(|last| &mut last.action) {
                 Some(Action::Blade {
                     cut: same, edge, ..
-                }) if *same == cut && edge.len() == row.point => edge.push(place),
+                }) if *same == cut && edge.len() == row.point => {
+                    edge.push(place);
+                    return Ok(());
+                }
                 _ if row.point == 0 => {
                     let edge = vec![place];
-                    let action = Action::Blade { cut, phase, edge };
-                    inputs.push(Input { step, action });
+                    Action::Blade { cut, phase, edge }
                 }
                 _ => {
                     let point = row.point;
@@ -208,24 +204,20 @@ fn add(scene: &Scene, inputs: &mut Vec<Input>, row: Row) -> Result<(), String> {
         }
         kind => {
             let value = row.value.filter(|value| value.is_finite() && *value >= 0.0);
-            let action = match (kind, value) {
-                (Kind::Grip, Some(radius)) => Action::Grip {
-                    point: place,
-                    radius,
-                },
+            let (point, acceleration) = (place, place);
+            match (kind, value) {
+                (Kind::Grip, Some(radius)) => Action::Grip { point, radius },
                 (Kind::Damping, Some(rate)) => Action::Damping { rate },
                 (Kind::Grip | Kind::Damping, None) => {
                     return Err("this needs a value that is not negative".to_owned());
                 }
                 (Kind::Pull, _) => Action::Pull { by: place },
-                (Kind::Gravity, _) => Action::Gravity {
-                    acceleration: place,
-                },
+                (Kind::Gravity, _) => Action::Gravity { acceleration },
                 _ => Action::LetGo,
-            };
-            inputs.push(Input { step, action });
+            }
         }
-    }
+    };
+    inputs.push(Input { step, action });
     Ok(())
 }
 

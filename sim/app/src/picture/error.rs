@@ -75,16 +75,13 @@ pub enum SkinProblem {
         /// What is wrong with it.
         source: tobj::LoadError,
     },
-    /// No face of a mesh file has texture coordinates and an image.
+    /// No face of this mesh file has texture coordinates and an image.
     #[error(
         "{}: no face has texture coordinates and an image: take surfels.image, or an OBJ file with `vt` whose \
          materials have `map_Kd`",
-        file.display()
+        .0.display()
     )]
-    NoTexture {
-        /// The mesh file.
-        file: PathBuf,
-    },
+    NoTexture(PathBuf),
 }
 
 impl SkinProblem {

@@ -92,9 +92,7 @@ impl Textured {
             }
         }
         if out.image.iter().all(Option::is_none) {
-            return Err(SkinProblem::NoTexture {
-                file: file.to_owned(),
-            });
+            return Err(SkinProblem::NoTexture(file.to_owned()));
         }
         Ok(out)
     }
@@ -181,7 +179,7 @@ mod tests {
         std::fs::write(&file, plain)?;
         let refused = Textured::read(&file);
         assert!(
-            matches!(refused, Err(SkinProblem::NoTexture { .. })),
+            matches!(refused, Err(SkinProblem::NoTexture(_))),
             "no images"
         );
         std::fs::remove_file(folder.path().join("my own.mtl"))?;

@@ -9,7 +9,7 @@ use super::summary::{
 use super::{Begun, Records};
 use crate::picture::Painter;
 use phyxel::scene::Tool;
-use phyxel::{Body, CutEnergy, Cutting, Member, World};
+use phyxel::{Body, Cutting, Member, World};
 
 /// What only the run loop knows.
 pub(super) struct Ending {
@@ -26,12 +26,9 @@ pub(super) fn of(
     records: &Records,
     ending: &Ending,
 ) -> Summary {
-    let bodies: Vec<BodySummary> = world
-        .members()
-        .iter()
-        .zip(records.history.worst())
-        .map(|(member, worst)| body_summary(member, worst))
-        .collect();
+    let bodies = world.members().iter().zip(records.history.worst());
+    let bodies = bodies.map(|(member, worst)| body_summary(member, worst));
+    let bodies: Vec<BodySummary> = bodies.collect();
     let stepping = stepping_summary(world, &ending.course);
     let phases = world.phases().clone();
     let scene = world.scene();
@@ -95,9 +92,7 @@ fn imbalance(body: &Body) -> (bool, f64) {
 
 fn body_summary(member: &Member, worst: &Extremes) -> BodySummary {
     let Member { body, cutting, .. } = member;
-    let cuts = cutting
-        .as_ref()
-        .map_or_else(CutEnergy::default, Cutting::energy);
+    let cuts = cutting.as_ref().map(Cutting::energy).unwrap_or_default();
     let audit = body.motion.audit();
     let graph = &body.neighborhoods;
     let solved = body.stencils.report;
@@ -113,13 +108,11 @@ fn body_summary(member: &Member, worst: &Extremes) -> BodySummary {
         spacing: body.spacing,
         volume,
         volume_error: body.volume_error,
-        moved_mass: body
-            .mass_scaling
-            .map_or(0.0, |mass_scaling| mass_scaling.moved),
+        moved_mass: body.mass_scaling.map_or(0.0, |scaling| scaling.moved),
         mass_before: body.initial.mass,
         mass_after: body.motion.masses().iter().sum(),
         volume_before: body.initial.volume,
-        volume_after: body.volumes.iter().sum(),
+        volume_after: volume,
         stencil_residual: solved.map(|solved| solved.residual),
         stencil_iterations: solved.map(|solved| solved.iterations),
         pieces: pieces.sizes.len(),
@@ -208,17 +201,14 @@ fn doubts_of(Member { body, cutting, .. }: &Member) -> Vec<String> {
 }
 
 fn stepping_summary(world: &World, course: &Course) -> SteppingSummary {
-    let stiffest = world
-        .members()
-        .iter()
-        .map(|member| &member.body)
-        .min_by(|a, b| a.step_size().total_cmp(&b.step_size()));
+    let bodies = world.members().iter().map(|member| &member.body);
+    let stiffest = bodies.min_by(|a, b| a.step_size().total_cmp(&b.step_size()));
     let (critical_step, largest_eigenvalue, iterations) = stiffest.map_or((0.0, 0.0, 0), |body| {
         let found = &body.eigenvalue;
         (body.critical_step(), found.value, found.iterations)
     });
-    let factor = world.scene().integration.step_factor;
-    let implicit = world.scene().integration.scheme.step().is_some();
+    let integration = &world.scene().integration;
+    let (factor, milliseconds) = (integration.step_factor, 1e3 * critical_step);
     SteppingSummary {
         steps: world.steps(),
         settling_steps: course.settling_steps,
@@ -229,15 +219,11 @@ fn stepping_summary(world: &World, course: &Course) -> SteppingSummary {
         smallest_step: course.smallest_step,
         critical_step,
         largest_eigenvalue,
-        chosen: if implicit {
-            format!(
-                "as the implicit scheme has it; critical {:.3} ms",
-                1e3 * critical_step
-            )
+        chosen: if integration.scheme.step().is_some() {
+            format!("as the implicit scheme has it; critical {milliseconds:.3} ms")
         } else {
             format!(
-                "{factor} of the critical {:.3} ms, from the largest eigenvalue {largest_eigenvalue:.3e} /s² ({iterations} products)",
-                1e3 * critical_step
+                "{factor} of the critical {milliseconds:.3} ms, from the largest eigenvalue {largest_eigenvalue:.3e} /s² ({iterations} products)"
             )
         },
     }
@@ -283,10 +269,7 @@ fn cut_summary(world: &World) -> CutSummary {
             body: body.name.clone(),
             captures: stroke.captures,
             updates: stroke.updates,
-            released: stroke.energy.released,
-            added: stroke.energy.added,
-            largest_addition: stroke.energy.largest_addition,
-            decay: stroke.energy.decay,
+            energy: stroke.energy,
         }));
         all.weak_nodes += body.elastic.deficient_nodes().len();
         all.loose_nodes += body.elastic.loose_nodes();

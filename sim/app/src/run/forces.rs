@@ -7,37 +7,11 @@ use super::series::Series;
 use crate::output::{OutputError, OutputFolder};
 use phyxel::World;
 
-const HEADER: [&str; 15] = [
-    "time_s",
-    "scene_time_s",
-    "tool",
-    "x_m",
-    "y_m",
-    "z_m",
-    "force_x_N",
-    "force_y_N",
-    "force_z_N",
-    "torque_x_N_m",
-    "torque_y_N_m",
-    "torque_z_N_m",
-    "penetration_m",
-    "area_m2",
-    "work_J",
-];
+const HEADER: &str = "time_s,scene_time_s,tool,x_m,y_m,z_m,force_x_N,force_y_N,force_z_N,\
+    torque_x_N_m,torque_y_N_m,torque_z_N_m,penetration_m,area_m2,work_J";
 
-const BETWEEN: [&str; 11] = [
-    "time_s",
-    "scene_time_s",
-    "body",
-    "other",
-    "force_x_N",
-    "force_y_N",
-    "force_z_N",
-    "normal_N",
-    "friction_N",
-    "area_m2",
-    "penetration_m",
-];
+const BETWEEN: &str = "time_s,scene_time_s,body,other,force_x_N,force_y_N,force_z_N,normal_N,\
+    friction_N,area_m2,penetration_m";
 
 /// Names of the files.
 pub(super) const FILES: [&str; 2] = ["tools.csv", "contacts.csv"];
@@ -62,8 +36,8 @@ impl Forces {
     pub(super) fn of(world: &World) -> Self {
         let tools = world.scene().tools.len();
         Self {
-            tools: (tools > 0).then(|| Series::new(&HEADER)),
-            between: (world.body_contact()).map(|_| Series::new(&BETWEEN)),
+            tools: (tools > 0).then(|| Series::new(HEADER)),
+            between: (world.body_contact()).map(|_| Series::new(BETWEEN)),
             largest: vec![Largest::default(); tools],
         }
     }

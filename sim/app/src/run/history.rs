@@ -21,27 +21,14 @@ pub(super) struct History {
     worst: Vec<Extremes>,
 }
 
-const HEADER: [&str; 14] = [
-    "time_s",
-    "scene_time_s",
-    "body",
-    "kinetic_J",
-    "elastic_J",
-    "external_work_J",
-    "dissipated_J",
-    "energy_correction_J",
-    "balance_J",
-    "momentum_kg_m_s",
-    "momentum_error",
-    "smallest_determinant",
-    "largest_speed_m_s",
-    "severed_pairs",
-];
+const HEADER: &str = "time_s,scene_time_s,body,kinetic_J,elastic_J,external_work_J,dissipated_J,\
+    energy_correction_J,balance_J,momentum_kg_m_s,momentum_error,smallest_determinant,\
+    largest_speed_m_s,severed_pairs";
 
 impl History {
     pub(super) fn new() -> Self {
         Self {
-            series: Series::new(&HEADER),
+            series: Series::new(HEADER),
             worst: Vec::new(),
         }
     }

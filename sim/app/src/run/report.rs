@@ -3,10 +3,7 @@
 use std::fmt::{self, Write};
 use std::path::Path;
 
-use super::summary::{
-    BodySummary, ContactSummary, CutSummary, EnergySummary, Latency, PictureSummary,
-    SteppingSummary, StrokeSummary, Summary, Timings, ToolSummary,
-};
+use super::summary::{BodySummary, CutSummary, Summary};
 
 /// Strokes that get a line of their own; `summary.json` has all.
 const MOST_STROKES: usize = 8;
@@ -31,98 +28,70 @@ fn write_table(text: &mut String, summary: &Summary, folder: &Path) -> fmt::Resu
     for body in &summary.bodies {
         write_body(text, body)?;
     }
-    let SteppingSummary {
-        steps,
-        settling_steps,
-        simulated,
-        chosen,
-        ..
-    } = &summary.stepping;
-    let rested = if summary.stepping.rested {
+    let stepping = &summary.stepping;
+    let (steps, settling, time) = (stepping.steps, stepping.settling_steps, stepping.simulated);
+    let rested = if stepping.rested {
         ""
     } else {
         ", not at rest yet"
     };
-    let step = 1e3 * summary.stepping.step;
     row!(
         text,
         "steps",
-        "{steps} ({settling_steps} to settle{rested}), {simulated:.2} s simulated"
+        "{steps} ({settling} to settle{rested}), {time:.2} s simulated"
     );
+    let (step, chosen) = (1e3 * stepping.step, &stepping.chosen);
     row!(text, "step size", "{step:.3} ms: {chosen}");
     if let Some(cuts) = &summary.cuts {
         write_cuts(text, cuts)?;
     }
     for tool in &summary.tools {
-        let ToolSummary {
-            name,
-            largest_force,
-            force,
-            work,
-            ..
-        } = tool;
-        let deepest = 1e3 * tool.deepest_penetration;
+        let (name, largest, deepest) = (
+            &tool.name,
+            tool.largest_force,
+            1e3 * tool.deepest_penetration,
+        );
+        let (force, work) = (tool.force, tool.work);
         row!(
             text,
             "tool",
-            "{name}: at most {largest_force:.3} N and {deepest:.3} mm deep; {force:.3} N at the end; work on it {work:.3e} J"
+            "{name}: at most {largest:.3} N and {deepest:.3} mm deep; {force:.3} N at the end; work on it {work:.3e} J"
         );
     }
     if let Some(contact) = &summary.contact {
-        let ContactSummary {
-            force,
-            energy,
-            dissipated,
-            offset_work,
-            ..
-        } = contact;
+        let (force, energy, lost) = (contact.force, contact.energy, contact.dissipated);
         let (area, depth) = (1e4 * contact.area, 1e3 * contact.penetration);
+        let offsets = contact.offset_work;
         row!(
             text,
             "contact",
             "{force:.3} N on {area:.3} cm² and {depth:.3} mm deep at the end; {energy:.3e} J stored, friction took \
-             {dissipated:.3e} J, offsets did {offset_work:.1e} J"
+             {lost:.3e} J, offsets did {offsets:.1e} J"
         );
     }
     if let Some(pictures) = &summary.pictures {
-        let PictureSummary {
-            frames,
-            width,
-            height,
-            surfels,
-            skin_surfels,
-            ..
-        } = pictures;
+        let (frames, width, height) = (pictures.frames, pictures.width, pictures.height);
+        let (surfels, skin) = (pictures.surfels, pictures.skin_surfels);
         row!(
             text,
             "pictures",
-            "{frames} frames of {width}x{height}, {surfels} surfels and {skin_surfels} of cuts"
+            "{frames} frames of {width}x{height}, {surfels} surfels and {skin} of cuts"
         );
     }
     for warning in &summary.warnings {
         row!(text, "warning", "{warning}");
     }
-    let Timings {
-        milliseconds_per_step,
-        real_time_factor,
-        threads,
-        phases,
-        wall,
-        ..
-    } = &summary.timings;
+    let timings = &summary.timings;
+    let (step, factor) = (timings.milliseconds_per_step, timings.real_time_factor);
+    let threads = timings.threads;
     row!(
         text,
         "speed",
-        "{milliseconds_per_step:.3} ms a step, {real_time_factor:.2} simulated seconds per second of stepping on \
+        "{step:.3} ms a step, {factor:.2} simulated seconds per second of stepping on \
          {threads} threads"
     );
-    if let Some(latency) = &summary.timings.update_to_step {
-        let Latency {
-            median,
-            worst,
-            count,
-            ..
-        } = latency;
+    if let Some(latency) = &timings.update_to_step {
+        let (median, worst, count) = (latency.median, latency.worst, latency.count);
         row!(
             text,
             "blade to step",
@@ -137,7 +106,7 @@ fn write_table(text: &mut String, summary: &Summary, folder: &Path) -> fmt::Resu
         "ms a call",
         "calls"
     );
-    for phase in phases.iter().filter(|phase| phase.calls > 0) {
+    for phase in timings.phases.iter().filter(|phase| phase.calls > 0) {
         let (seconds, call, calls) = (phase.seconds, phase.milliseconds_per_call, phase.calls);
         row!(
             text,
@@ -145,39 +114,27 @@ fn write_table(text: &mut String, summary: &Summary, folder: &Path) -> fmt::Resu
             "{seconds:>10.3} {call:>12.3} {calls:>10}"
         );
     }
-    row!(text, "whole run", "{wall:.1} s");
+    row!(text, "whole run", "{:.1} s", timings.wall);
     let (folder, files) = (folder.display(), summary.files.join(", "));
     row!(text, "files", "{folder}: {files}");
     Ok(())
 }
 
 fn write_body(text: &mut String, body: &BodySummary) -> fmt::Result {
-    let BodySummary {
-        name,
-        nodes,
-        pairs,
-        tetrahedra,
-        supported,
-        mass_before,
-        mass_after,
-        pieces,
-        energy,
-        momentum_error,
-        smallest_determinant,
-        ..
-    } = body;
-    row!(text, "body", "{name}");
-    let apart = 1e3 * body.spacing;
+    row!(text, "body", "{}", body.name);
+    let (nodes, pairs, tetrahedra) = (body.nodes, body.pairs, body.tetrahedra);
+    let (held, apart) = (body.supported, 1e3 * body.spacing);
     row!(
         text,
         "size",
-        "{nodes} nodes, {pairs} pairs, {tetrahedra} tetrahedra, {supported} nodes fixed, {apart:.2} mm apart"
+        "{nodes} nodes, {pairs} pairs, {tetrahedra} tetrahedra, {held} nodes fixed, {apart:.2} mm apart"
     );
-    let (change, moved) = (mass_after / mass_before - 1.0, 1e2 * body.moved_mass);
+    let (before, after) = (body.mass_before, body.mass_after);
+    let (change, moved) = (after / before - 1.0, 1e2 * body.moved_mass);
     row!(
         text,
         "mass",
-        "{mass_before:.6} kg before, {mass_after:.6} kg after (change {change:+.1e}); {moved:.2} % moved by a neighbour at first"
+        "{before:.6} kg before, {after:.6} kg after (change {change:+.1e}); {moved:.2} % moved by a neighbour at first"
     );
     let [before, after] = [body.volume_before, body.volume_after].map(|volume| 1e3 * volume);
     let change = body.volume_after / body.volume_before - 1.0;
@@ -189,86 +146,65 @@ fn write_body(text: &mut String, body: &BodySummary) -> fmt::Result {
         "volume",
         "{before:.4} l before, {after:.4} l after (change {change:+.1e}){off}"
     );
-    row!(text, "pieces", "{pieces}");
-    let EnergySummary {
-        kinetic,
-        elastic,
-        external_work,
-        dissipated,
-        numerical,
-        viscous,
-        relaxed,
-        released_by_cuts,
-        added_by_cuts,
-        largest_cut_addition,
-        imbalance,
-        moved,
-    } = *energy;
+    row!(text, "pieces", "{}", body.pieces);
+    let energy = &body.energy;
+    let (kinetic, elastic, work) = (energy.kinetic, energy.elastic, energy.external_work);
+    let (damped, released) = (energy.dissipated, energy.released_by_cuts);
     row!(
         text,
         "energy",
-        "kinetic {kinetic:.3e} J, elastic {elastic:.3e} J, work {external_work:.3e} J, damped {dissipated:.3e} J, \
-         released by cuts {released_by_cuts:.3e} J"
+        "kinetic {kinetic:.3e} J, elastic {elastic:.3e} J, work {work:.3e} J, damped {damped:.3e} J, \
+         released by cuts {released:.3e} J"
     );
-    if added_by_cuts > 0.0 {
+    let (added, most) = (energy.added_by_cuts, energy.largest_cut_addition);
+    if added > 0.0 {
         row!(
             text,
             "",
-            "of it {added_by_cuts:.1e} J added, at most {largest_cut_addition:.1e} of what was stored by one update"
+            "of it {added:.1e} J added, at most {most:.1e} of what was stored by one update"
         );
     }
-    if numerical != 0.0 {
-        row!(text, "scheme", "{numerical:.3e} J taken by implicit steps");
+    let (taken, stored, lost) = (energy.numerical, energy.viscous, energy.relaxed);
+    if taken != 0.0 {
+        row!(text, "scheme", "{taken:.3e} J taken by implicit steps");
     }
-    if relaxed != 0.0 {
+    if lost != 0.0 {
         row!(
             text,
             "viscosity",
-            "{viscous:.3e} J stored, {relaxed:.3e} J lost"
+            "{stored:.3e} J stored, {lost:.3e} J lost"
         );
     }
-    let balance = if moved {
-        format!("energy unexplained {imbalance:.1e} of what is stored or dissipated")
+    let balance = if energy.moved {
+        let off = energy.imbalance;
+        format!("energy unexplained {off:.1e} of what is stored or dissipated")
     } else {
         "nothing moved".to_owned()
     };
+    let (error, smallest) = (body.momentum_error, body.smallest_determinant);
     row!(
         text,
         "audit",
-        "{balance}; |sum f|/sum |f| {momentum_error:.1e}; det F >= {smallest_determinant:.3}"
+        "{balance}; |sum f|/sum |f| {error:.1e}; det F >= {smallest:.3}"
     );
     Ok(())
 }
 
 fn write_cuts(text: &mut String, cuts: &CutSummary) -> fmt::Result {
-    let CutSummary {
-        captures,
-        updates,
-        triangles,
-        weakened_pairs,
-        severed_pairs,
-        eigenvalue_growth,
-        weak_nodes,
-        strokes,
-        ..
-    } = cuts;
+    let (captures, updates, triangles) = (cuts.captures, cuts.updates, cuts.triangles);
+    let (weakened, severed) = (cuts.weakened_pairs, cuts.severed_pairs);
+    let (growth, deficient) = (cuts.eigenvalue_growth, cuts.weak_nodes);
     row!(
         text,
         "cuts",
-        "{captures} captures, {updates} updates, {triangles} triangles, {weakened_pairs} pairs weakened, {severed_pairs} \
-         severed; stiffness x{eigenvalue_growth:.2}, {weak_nodes} deficient nodes"
+        "{captures} captures, {updates} updates, {triangles} triangles, {weakened} pairs weakened, {severed} \
+         severed; stiffness x{growth:.2}, {deficient} deficient nodes"
     );
-    for stroke in strokes.iter().take(MOST_STROKES) {
-        let StrokeSummary {
-            cut,
-            body,
-            captures,
-            updates,
-            released,
-            added,
-            decay,
-            ..
-        } = stroke;
+    for stroke in cuts.strokes.iter().take(MOST_STROKES) {
+        let (cut, body) = (&stroke.cut, &stroke.body);
+        let (captures, updates) = (stroke.captures, stroke.updates);
+        let energy = &stroke.energy;
+        let (released, added, decay) = (energy.released, energy.added, energy.decay);
         row!(
             text,
             "stroke",
@@ -276,7 +212,7 @@ fn write_cuts(text: &mut String, cuts: &CutSummary) -> fmt::Result {
              {added:.1e} J, retained {decay:+.1e} J"
         );
     }
-    if let more @ 1.. = strokes.len().saturating_sub(MOST_STROKES) {
+    if let more @ 1.. = cuts.strokes.len().saturating_sub(MOST_STROKES) {
         row!(text, "", "and {more} more in summary.json");
     }
     if let Some((lattices, pairs)) = cuts.lattices.zip(cuts.pairs_without_lattice) {

@@ -13,9 +13,10 @@ pub(super) struct Series {
 }
 
 impl Series {
-    pub(super) fn new(header: &[&str]) -> Self {
+    /// With names of columns, a comma between two.
+    pub(super) fn new(header: &str) -> Self {
         Self {
-            text: csv_row(header),
+            text: format!("{header}\n"),
             next: 0.0,
         }
     }

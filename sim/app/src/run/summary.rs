@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use phyxel::{Phase, Phases};
+use phyxel::{CutEnergy, Phase, Phases};
 
 /// What a run did.
 ///
@@ -201,16 +201,10 @@ pub struct StrokeSummary {
     pub captures: usize,
     /// Updates that changed the connectivity.
     pub updates: usize,
-    /// Energy (J) that updates release, those that added some left out.
-    pub released: f64,
-    /// Energy (J) that updates added, those that set some free left out.
-    pub added: f64,
-    /// Largest addition of one update, relative to the elastic energy before it.
-    pub largest_addition: f64,
-    /// Work (J) of the decay of the retained gradients, positive if it added energy; while it
-    /// lasts it is counted with the stroke that changed something last. The body's `released_by_cuts` is
-    /// the sum of `released` less those of `added` and of this.
-    pub decay: f64,
+    /// What it did to the energy. The body's `released_by_cuts` is the sum of `released` less those of `added` and of
+    /// `decay`, which while it lasts is counted with the stroke that changed something last.
+    #[serde(flatten)]
+    pub energy: CutEnergy,
 }
 
 /// What a tool felt.

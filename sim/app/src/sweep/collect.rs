@@ -34,12 +34,9 @@ pub enum CollectError {
     /// A file cannot be written.
     #[error(transparent)]
     Output(#[from] OutputError),
-    /// Nothing has come to an end yet.
-    #[error("no case in {folder} is finished; run some first")]
-    Nothing {
-        /// The sweep's folder.
-        folder: String,
-    },
+    /// Nothing has come to an end yet in the sweep's folder.
+    #[error("no case in {} is finished; run some first", .0.display())]
+    Nothing(PathBuf),
 }
 
 /// What one finished case gives.
@@ -71,9 +68,7 @@ pub fn collect(
         .filter_map(|case| row(plan, case, folder.path()));
     let rows: Vec<Row<'_>> = rows.collect();
     if rows.is_empty() {
-        return Err(CollectError::Nothing {
-            folder: folder.path().display().to_string(),
-        });
+        return Err(CollectError::Nothing(folder.path().to_owned()));
     }
     demand(plan, &rows)?;
     folder.write("results.csv", results(plan, &rows).as_bytes())?;

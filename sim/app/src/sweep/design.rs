@@ -53,10 +53,10 @@ pub(super) fn cases(plan: &Plan) -> Vec<Vec<String>> {
         Design::Grid => {
             let mut repeat = count;
             for key in &plan.keys {
-                let length = length(key);
-                repeat /= length.max(1);
+                let length = key.values.listed().len().max(1);
+                repeat /= length;
                 for (index, row) in rows.iter_mut().enumerate() {
-                    row.push(listed(key, index / repeat.max(1) % length.max(1)));
+                    row.push(listed(key, index / repeat.max(1) % length));
                 }
             }
         }
@@ -74,20 +74,9 @@ pub(super) fn cases(plan: &Plan) -> Vec<Vec<String>> {
     rows
 }
 
-fn length(key: &SweptKey) -> usize {
-    match &key.values {
-        Values::Of(list) => list.len(),
-        Values::Uniform(..) | Values::LogUniform(..) => 0,
-    }
-}
-
 fn listed(key: &SweptKey, index: usize) -> String {
-    match &key.values {
-        Values::Of(list) => list
-            .get(index)
-            .map_or(String::new(), |value| value.0.clone()),
-        Values::Uniform(..) | Values::LogUniform(..) => String::new(),
-    }
+    let value = key.values.listed().get(index);
+    value.map_or(String::new(), |value| value.0.clone())
 }
 
 /// The value below which a `share` of all lie; of a list the one that `part` of `count` falls on.

@@ -120,6 +120,16 @@ pub enum Values {
     LogUniform(f64, f64),
 }
 
+impl Values {
+    /// Those that are listed; none of a range.
+    pub(super) fn listed(&self) -> &[Raw] {
+        match self {
+            Self::Of(list) => list,
+            Self::Uniform(..) | Self::LogUniform(..) => &[],
+        }
+    }
+}
+
 /// A number that is kept of each run.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, rename = "Measure")]
@@ -170,20 +180,12 @@ impl ResultColumn {
     /// Column in tables.
     #[must_use]
     pub fn name(&self) -> String {
-        match self {
-            Self::Summary {
-                name: Some(name), ..
-            }
-            | Self::Largest {
-                name: Some(name), ..
-            }
-            | Self::Smallest {
-                name: Some(name), ..
-            } => name.clone(),
-            Self::Summary { path, .. } => path.clone(),
-            Self::Largest { column, .. } => format!("largest {column}"),
-            Self::Smallest { column, .. } => format!("smallest {column}"),
-        }
+        let (name, usual) = match self {
+            Self::Summary { path, name } => (name, path.clone()),
+            Self::Largest { column, name, .. } => (name, format!("largest {column}")),
+            Self::Smallest { column, name, .. } => (name, format!("smallest {column}")),
+        };
+        name.clone().unwrap_or(usual)
     }
 
     /// What is kept where a plan does not say: what distinguishes a healthy run.
@@ -392,9 +394,7 @@ impl Plan {
                     &"Of([])",
                     "give one value at least",
                 )?;
-                let Values::Of(first) = &self.keys[0].values else {
-                    return Ok(());
-                };
+                let first = self.keys[0].values.listed();
                 source.require(
                     design != Design::List || list.len() == first.len(),
                     &values,
@@ -432,15 +432,10 @@ impl Plan {
     /// Cases.
     #[must_use]
     pub fn case_count(&self) -> usize {
-        let lengths = || {
-            self.keys.iter().map(|key| match &key.values {
-                Values::Of(list) => list.len(),
-                Values::Uniform(..) | Values::LogUniform(..) => 1,
-            })
-        };
+        let mut lengths = self.keys.iter().map(|key| key.values.listed().len());
         match self.design {
-            Design::List => lengths().next().unwrap_or(0),
-            Design::Grid => lengths().fold(1, usize::saturating_mul),
+            Design::List => lengths.next().unwrap_or(0),
+            Design::Grid => lengths.fold(1, usize::saturating_mul),
             Design::LatinHypercube { cases, .. } => cases as usize,
         }
     }

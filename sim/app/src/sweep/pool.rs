@@ -62,12 +62,9 @@ pub enum PoolError {
         /// What it said.
         said: String,
     },
-    /// It was asked to stop.
-    #[error("stopped with {left} cases left; the same command continues with them")]
-    Stopped {
-        /// Cases that are not finished.
-        left: usize,
-    },
+    /// It was asked to stop with so many cases that are not finished.
+    #[error("stopped with {0} cases left; the same command continues with them")]
+    Stopped(usize),
 }
 
 /// What the workers share.
@@ -110,8 +107,7 @@ pub fn run_cases(
         return Err(error);
     }
     if run.len() < count {
-        let left = count - run.len();
-        return Err(PoolError::Stopped { left });
+        return Err(PoolError::Stopped(count - run.len()));
     }
     let outcomes = cases.iter().filter_map(|case| case.outcome(sweep));
     Ok(Tally {
