@@ -4,25 +4,15 @@ use std::path::{Path, PathBuf};
 
 use crate::kills::{SCENE, START};
 use crate::random::Random;
-use crate::scenes::leftovers;
+use crate::scenes::{entries, leftovers};
 use crate::watch;
 
 /// Files of which a shorter run has fewer rows or an earlier state.
 const GROWING: [&str; 4] = ["history.csv", "tools.csv", "input.csv", "state.checkpoint"];
 
 fn files(folder: &Path) -> Vec<PathBuf> {
-    let mut found = Vec::new();
-    let mut open = vec![folder.to_owned()];
-    while let Some(folder) = open.pop() {
-        for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
-            let path = entry.path();
-            if path.is_dir() {
-                open.push(path);
-            } else {
-                found.push(path);
-            }
-        }
-    }
+    let mut found = entries(folder);
+    found.retain(|path| !path.is_dir());
     found
 }
 

@@ -1,6 +1,6 @@
 //! Scenes: broken values, broken texts; they are checked, or run for a moment.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::broken::broken;
 use crate::random::Random;
@@ -93,19 +93,23 @@ pub(crate) fn case(folder: &Path, random: &mut Random) -> Option<String> {
         .map(|fault| format!("{line}: {fault}"))
 }
 
-/// Locks or parts of files that stayed.
-pub(crate) fn leftovers(folder: &Path) -> Option<String> {
-    let mut open = vec![folder.join("out")];
+/// All that is in a folder and those in it.
+pub(crate) fn entries(folder: &Path) -> Vec<PathBuf> {
+    let (mut found, mut open) = (Vec::new(), vec![folder.to_owned()]);
     while let Some(folder) = open.pop() {
-        for entry in std::fs::read_dir(&folder).into_iter().flatten().flatten() {
-            let name = entry.file_name().to_string_lossy().into_owned();
-            if name.starts_with('.') {
-                return Some(format!("{name} was left"));
-            }
-            if entry.path().is_dir() {
-                open.push(entry.path());
-            }
+        for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+            let path = entry.path();
+            open.extend(path.is_dir().then(|| path.clone()));
+            found.push(path);
         }
     }
-    None
+    found
+}
+
+/// Locks or parts of files that stayed.
+pub(crate) fn leftovers(folder: &Path) -> Option<String> {
+    let entries = entries(&folder.join("out"));
+    let mut names = entries.iter().filter_map(|path| path.file_name());
+    let left = names.find(|name| name.to_string_lossy().starts_with('.'));
+    left.map(|name| format!("{} was left", name.display()))
 }

@@ -1,6 +1,6 @@
 //! Ways to go wrong.
 
-mod files;
+mod meshes;
 mod plans;
 
 /// One of them.
@@ -16,6 +16,13 @@ fn strings(items: &[&str]) -> Vec<String> {
     items.iter().map(|&item| item.to_owned()).collect()
 }
 
+/// No files.
+const NOTHING: &[(&str, &str)] = &[];
+
+fn words(line: &str) -> Vec<String> {
+    line.split_whitespace().map(str::to_owned).collect()
+}
+
 /// The valid scene with `from` replaced, in a file that is run.
 fn changed(name: &str, from: &str, to: &str) -> Case {
     assert!(SCENE.contains(from), "{name}: the scene has no '{from}'");
@@ -25,7 +32,7 @@ fn changed(name: &str, from: &str, to: &str) -> Case {
             "scene.ron".to_owned(),
             SCENE.replacen(from, to, 1).into_bytes(),
         )],
-        arguments: strings(&["run", "scene.ron", "--out", "results/here"]),
+        arguments: words("run scene.ron --out results/here"),
     }
 }
 
@@ -49,9 +56,9 @@ fn tool(name: &str, from: &str, to: &str) -> Case {
     changed(name, "cuts: [", &format!("{tool}cuts: ["))
 }
 
-/// A case a row of `rows.txt`.
-fn row_cases() -> Vec<Case> {
-    let rows = include_str!("cases/rows.txt").lines();
+/// A case a row of a table.
+fn row_cases(table: &str) -> Vec<Case> {
+    let rows = table.lines();
     let rows = rows.filter(|row| !row.is_empty() && !row.starts_with('#'));
     let case = |row: &str| {
         let fields: Vec<&str> = row.split('|').map(str::trim).collect();
@@ -60,6 +67,15 @@ fn row_cases() -> Vec<Case> {
             ["tool", name, from, to, ..] => tool(name, from, to),
             ["set", name, change, ..] => set(name, change),
             ["plan", name, from, to] => plans::changed(name, from, to),
+            ["given", name, line, ref files @ ..] => {
+                let files = files.chunks(2).map(|file| (file[0], unescaped(file[1])));
+                return given(name, &files.collect::<Vec<_>>(), line);
+            }
+            ["replay", name, rows] => {
+                let content = format!("{RECORDED}{}", unescaped(rows));
+                let line = "run block --out results/here --replay in.csv";
+                return given(name, &[("in.csv", content)], line);
+            }
             _ => panic!("what is '{row}'?"),
         };
         match fields.get(4) {
@@ -68,6 +84,15 @@ fn row_cases() -> Vec<Case> {
         }
     };
     rows.map(case).collect()
+}
+
+/// The header of a recording.
+const RECORDED: &str = "step,kind,name,phase,point,x_m,y_m,z_m,qx,qy,qz,qw\n";
+
+fn unescaped(content: &str) -> String {
+    let escapes = [("\\n", "\n"), ("\\0", "\0"), ("\\5", "\u{5}")];
+    let text = content.to_owned();
+    (escapes.iter()).fold(text, |text, (escape, is)| text.replace(escape, is))
 }
 
 /// The embedded scene with one override.
@@ -79,26 +104,26 @@ fn set(name: &str, change: &str) -> Case {
     }
 }
 
-fn given(name: &str, files: &[(&str, &str)], arguments: &[&str]) -> Case {
+/// Some files, and the words of a line.
+fn given(name: &str, files: &[(&str, impl AsRef<[u8]>)], line: &str) -> Case {
     Case {
         name: name.to_owned(),
         files: files
             .iter()
-            .map(|&(name, content)| (name.to_owned(), content.as_bytes().to_vec()))
+            .map(|(name, content)| ((*name).to_owned(), content.as_ref().to_vec()))
             .collect(),
-        arguments: strings(arguments),
+        arguments: words(line),
     }
 }
 
 /// All of them, in the order of `messages.txt`.
 pub(crate) fn cases() -> Vec<Case> {
-    let mut cases = row_cases();
+    let mut cases = row_cases(include_str!("cases/rows.txt"));
     cases.extend(text_cases());
     cases.extend(many_cases());
-    cases.extend(files::file_cases());
-    cases.extend(files::mesh_cases());
-    cases.extend(resume_cases());
-    cases.extend(replay_cases());
+    cases.extend(row_cases(include_str!("cases/files.txt")));
+    cases.extend(meshes::mesh_cases());
+    cases.extend(row_cases(include_str!("cases/resumed.txt")));
     cases.extend(plans::plan_cases());
     cases
 }
@@ -139,104 +164,17 @@ fn many_cases() -> Vec<Case> {
         given(
             "many mistakes",
             &[("scene.ron", &broken)],
-            &["check", "scene.ron"],
+            "check scene.ron",
         ),
         given(
             "many mistakes in JSON",
             &[("scene.json", json)],
-            &["check", "scene.json"],
+            "check scene.json",
         ),
         given(
             "values in JSON",
             &[("scene.json", whole)],
-            &["check", "scene.json"],
-        ),
-    ]
-}
-
-/// Recordings that do not fit, for the embedded block.
-fn replay_cases() -> Vec<Case> {
-    const HEADER: &str = "step,kind,name,phase,point,x_m,y_m,z_m,qx,qy,qz,qw\n";
-    let replay = |name: &str, rows: &str| {
-        let content = format!("{HEADER}{rows}");
-        let arguments = [
-            "run",
-            "block",
-            "--out",
-            "results/here",
-            "--replay",
-            "in.csv",
-        ];
-        given(name, &[("in.csv", content.as_str())], &arguments)
-    };
-    let fine = "1,blade,from the left,Start,0,0,0,0,,,,\n";
-    vec![
-        given(
-            "recording that is not there",
-            &[],
-            &["run", "block", "--replay", "in.csv"],
-        ),
-        replay(
-            "recording of another cut",
-            "1,blade,from the leftt,Start,0,0,0,0,,,,\n",
-        ),
-        replay(
-            "recording without a phase",
-            "1,blade,from the left,,0,0,0,0,,,,\n",
-        ),
-        replay("recording of a tool", "1,tool,probe,,0,0,0,0,0,0,0,1\n"),
-        replay("recording with a gap", &fine.replace("Start,0", "Start,1")),
-        replay("recording of half an edge", fine),
-        replay(
-            "recording with a word",
-            &fine.replace(",0,0,0,,", ",0,x,0,,"),
-        ),
-        replay(
-            "recording out of order",
-            &format!("{fine}{}", fine.replace("1,b", "0,b")),
-        ),
-        replay(
-            "recording of nowhere",
-            &fine.replace(",0,0,0,,", ",0,0,NaN,,"),
-        ),
-        replay("recording cut short", &fine[..20]),
-    ]
-}
-
-fn resume_cases() -> Vec<Case> {
-    let resume = ["run", "--resume", "a.checkpoint"];
-    vec![
-        given("checkpoint that is not there", &[], &resume),
-        given(
-            "checkpoint of something else",
-            &[("a.checkpoint", "a text")],
-            &resume,
-        ),
-        given(
-            "checkpoint cut short",
-            &[("a.checkpoint", "phyxel checkpoint 9\n\u{5}\0\0")],
-            &resume,
-        ),
-        given(
-            "checkpoint of another format",
-            &[("a.checkpoint", "phyxel checkpoint 1\n\u{5}\0\0")],
-            &resume,
-        ),
-        given(
-            "checkpoint with a scene",
-            &[],
-            &["run", "liver", "--resume", "a.checkpoint"],
-        ),
-        given(
-            "checkpoint with another body",
-            &[],
-            &[
-                "run",
-                "--resume",
-                "a.checkpoint",
-                "--set",
-                "bodies[0].damping=1",
-            ],
+            "check scene.json",
         ),
     ]
 }
@@ -246,32 +184,32 @@ fn text_cases() -> Vec<Case> {
         given(
             "truncated scene",
             &[("scene.ron", &SCENE[..SCENE.len() / 2])],
-            &["run", "scene.ron", "--out", "results"],
+            "run scene.ron --out results",
         ),
         given(
             "empty scene",
             &[("scene.ron", "")],
-            &["run", "scene.ron", "--out", "results"],
+            "run scene.ron --out results",
         ),
         given(
             "something else",
             &[("scene.ron", "# YAML\nbodies:\n  - liver\n")],
-            &["check", "scene.ron"],
+            "check scene.ron",
         ),
-        Case {
-            name: "not text".to_owned(),
-            files: vec![("scene.ron".to_owned(), vec![0xff, 0xfe, 0x00])],
-            arguments: strings(&["check", "scene.ron"]),
-        },
+        given(
+            "not text",
+            &[("scene.ron", [0xff, 0xfe, 0x00])],
+            "check scene.ron",
+        ),
         given(
             "no body",
             &[("scene.ron", "(version: 1, bodies: [])")],
-            &["check", "scene.ron"],
+            "check scene.ron",
         ),
         given(
             "too many rows of forces",
-            &[],
-            &["check", "press", "--set", "observe.force_rate=1e9"],
+            NOTHING,
+            "check press --set observe.force_rate=1e9",
         ),
     ]
 }

@@ -25,12 +25,11 @@ impl Sandbox {
 
     /// A folder that holds `files` (name and content).
     pub(crate) fn new<N: AsRef<str>, C: AsRef<[u8]>>(files: &[(N, C)]) -> Self {
-        let folder = tempfile::tempdir().expect("a temporary folder");
+        let folder = tempfile::tempdir().unwrap();
         for (name, content) in files {
             let path = folder.path().join(name.as_ref());
-            fs::create_dir_all(path.parent().expect("it lies in the folder"))
-                .expect("the sandbox can be read and written");
-            fs::write(path, content).expect("the sandbox can be read and written");
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, content).unwrap();
         }
         Self { folder }
     }
@@ -52,7 +51,7 @@ impl Sandbox {
             .current_dir(self.path())
             .output()
             .expect("the program starts");
-        let folder = fs::canonicalize(self.path()).expect("the sandbox can be read and written");
+        let folder = fs::canonicalize(self.path()).unwrap();
         let text = |bytes: Vec<u8>| {
             String::from_utf8(bytes)
                 .expect("the program writes UTF-8")
@@ -81,11 +80,11 @@ impl Sandbox {
         let mut found = Vec::new();
         let mut open = vec![self.path().to_owned()];
         while let Some(folder) = open.pop() {
-            for entry in fs::read_dir(folder).expect("the sandbox can be read and written") {
-                let path = entry.expect("the sandbox can be read and written").path();
+            for entry in fs::read_dir(folder).unwrap() {
+                let path = entry.unwrap().path();
                 let name = path
                     .strip_prefix(self.path())
-                    .expect("the sandbox can be read and written")
+                    .unwrap()
                     .display()
                     .to_string();
                 if path.is_dir() {

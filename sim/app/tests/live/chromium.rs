@@ -13,6 +13,11 @@ use tungstenite::{Message, WebSocket};
 /// Time that the browser has for an answer: software drawing on a busy machine is slow.
 const PATIENCE: Duration = Duration::from_secs(120);
 
+const FLAGS: &str = "--headless --no-sandbox --disable-quic --no-first-run \
+    --disable-background-networking --disable-component-update --disable-sync \
+    --disable-dev-shm-usage --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader \
+    --remote-debugging-port=0";
+
 /// The browser with one page.
 pub(crate) struct Chromium {
     child: Child,
@@ -41,20 +46,7 @@ impl Chromium {
     pub(crate) fn start(program: &Path, [width, height]: [u32; 2]) -> Self {
         let profile = tempfile::tempdir().unwrap();
         let child = Command::new(program)
-            .args([
-                "--headless",
-                "--no-sandbox",
-                "--disable-quic",
-                "--no-first-run",
-                "--disable-background-networking",
-                "--disable-component-update",
-                "--disable-sync",
-                "--disable-dev-shm-usage",
-                "--use-gl=angle",
-                "--use-angle=swiftshader",
-                "--enable-unsafe-swiftshader",
-                "--remote-debugging-port=0",
-            ])
+            .args(FLAGS.split_whitespace())
             .arg(format!("--window-size={width},{height}"))
             .arg(format!("--user-data-dir={}", profile.path().display()))
             .arg("about:blank")

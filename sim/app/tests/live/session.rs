@@ -47,6 +47,19 @@ fn settle(session: &mut Session) {
     }
 }
 
+/// A session with a small liver that has come to rest.
+fn at_rest() -> Session {
+    let mut session = Session::new(&liver(300, 1_000)).unwrap();
+    settle(&mut session);
+    session
+}
+
+/// Corners (m) of the box around its body.
+fn corners(session: &Session) -> [DVec3; 2] {
+    let bounds = session.world().members()[0].body.solid.bounds();
+    [bounds.min, bounds.max]
+}
+
 fn positions(session: &Session) -> Vec<[u64; 3]> {
     let body = &session.world().members()[0].body;
     let places = body.motion.positions().iter();
@@ -73,10 +86,8 @@ fn resident() -> Option<f64> {
 
 #[test]
 fn a_scripted_session_holds_and_its_recording_repeats_it_to_the_bit() {
-    let mut session = Session::new(&liver(300, 1_000)).unwrap();
-    settle(&mut session);
-    let bounds = session.world().members()[0].body.solid.bounds();
-    let (low, high) = (bounds.min, bounds.max);
+    let mut session = at_rest();
+    let [low, high] = corners(&session);
     let (mut noise, mut lost) = (Noise(88_172_645_463_325_252), 0);
     let mut megabytes: Vec<f64> = Vec::new();
     let (mut passed, mut next, mut done) = (0.0, 0.0, 0);
@@ -152,8 +163,7 @@ fn a_scripted_session_holds_and_its_recording_repeats_it_to_the_bit() {
 
 #[test]
 fn undo_brings_the_bits_back_and_so_does_a_reset() {
-    let mut session = Session::new(&liver(300, 1_000)).unwrap();
-    settle(&mut session);
+    let mut session = at_rest();
     let start = (session.world().steps(), positions(&session));
     for _ in 0..50 {
         session.step().unwrap();
@@ -183,8 +193,7 @@ fn undo_brings_the_bits_back_and_so_does_a_reset() {
 
 /// A stroke across the middle from above, until it is done.
 fn cut_middle(session: &mut Session) {
-    let bounds = session.world().members()[0].body.solid.bounds();
-    let (low, high) = (bounds.min, bounds.max);
+    let [low, high] = corners(session);
     let middle = low.midpoint(high);
     let edge = |x: f64| {
         let y = middle.y;
@@ -302,10 +311,8 @@ fn a_folder_has_one_server_at_a_time() {
 /// they gave before; as many strokes as the ring keeps, and no more.
 #[test]
 fn strokes_are_undone_one_by_one() {
-    let mut session = Session::new(&liver(300, 1_000)).unwrap();
-    settle(&mut session);
-    let bounds = session.world().members()[0].body.solid.bounds();
-    let (low, high) = (bounds.min, bounds.max);
+    let mut session = at_rest();
+    let [low, high] = corners(&session);
     let (mut before, mut after) = (Vec::new(), Vec::new());
     let state = |session: &Session| {
         let surfels = session.painter().tissue(0).surfels();
@@ -359,8 +366,7 @@ fn a_line_across_an_organ_without_load_severs_it() {
     scene.gravity = None;
     let mut session = Session::new(&scene).unwrap();
     settle(&mut session);
-    let bounds = session.world().members()[0].body.solid.bounds();
-    let (low, high) = (bounds.min, bounds.max);
+    let [low, high] = corners(&session);
     let beyond = 0.3 * low.distance(high);
     let edge = |share: f64| -> Vec<DVec3> {
         let y = low.y + share * (high.y - low.y);
@@ -386,8 +392,7 @@ fn a_line_across_an_organ_without_load_severs_it() {
 
 #[test]
 fn a_grip_pulls_with_the_force_that_the_body_pulls_back() {
-    let mut session = Session::new(&liver(300, 1_000)).unwrap();
-    settle(&mut session);
+    let mut session = at_rest();
     let places = |session: &Session| {
         let body = &session.world().members()[0].body;
         body.motion.positions().to_vec()
@@ -422,8 +427,7 @@ fn a_grip_pulls_with_the_force_that_the_body_pulls_back() {
 
 #[test]
 fn gravity_and_damping_are_what_hands_set() {
-    let mut session = Session::new(&liver(300, 1_000)).unwrap();
-    settle(&mut session);
+    let mut session = at_rest();
     session.set_gravity(DVec3::ZERO);
     session.set_damping(20.0);
     let height = |session: &Session| {
@@ -472,17 +476,15 @@ fn every_embedded_scene_can_be_taken_in_hand() {
 /// A probe that is taken up is there at once: it comes through nothing on its way from where tools wait, far above.
 #[test]
 fn a_probe_that_is_taken_up_below_a_body_does_not_come_through_it() {
-    let mut session = Session::new(&liver(300, 1_000)).unwrap();
-    settle(&mut session);
-    let bounds = session.world().members()[0].body.solid.bounds();
-    let below = bounds.min.midpoint(bounds.max).with_z(bounds.min.z - 0.05);
+    let mut session = at_rest();
+    let [low, high] = corners(&session);
+    let below = low.midpoint(high).with_z(low.z - 0.05);
     let before = positions(&session);
     session.put_tool(0, Some(Pose::at(below)));
     session.step().unwrap();
     assert_eq!(session.world().tool_forces()[0].force, DVec3::ZERO);
     let undisturbed = positions(&session);
-    let mut other = Session::new(&liver(300, 1_000)).unwrap();
-    settle(&mut other);
+    let mut other = at_rest();
     assert_eq!(positions(&other), before);
     other.step().unwrap();
     assert_eq!(positions(&other), undisturbed);
