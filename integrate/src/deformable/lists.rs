@@ -175,7 +175,7 @@ impl DeformableContact {
     /// have by now: those of a piece by how far they moved otherwise than all of it, those of two pieces by their motions, too,
     /// unless the pieces are apart.
     fn room_left(&self, positions: &[DVec3], pieces: &[u32]) -> f64 {
-        let (margin, far) = (self.margin(), self.fars().fold(0.0, f64::max));
+        let (margin, far) = (self.margin(), self.fars().into_iter().fold(0.0, f64::max));
         let of = |sample: usize| {
             let first = self.disks.row(sample).start;
             let piece = pieces.get(self.disks.nodes[first] as usize);
@@ -215,11 +215,20 @@ impl DeformableContact {
         room
     }
 
-    /// Distances (m) beyond which nothing meets each disk.
-    fn fars(&self) -> impl Iterator<Item = f64> + '_ {
-        let (deepest, margin) = (DEEPEST * self.widest(), self.margin());
-        let reach = self.disks.reach.iter();
-        reach.map(move |reach| reach.hypot(deepest) + margin)
+    /// Distance (m) of the rows of a point and a disk beyond which they do not meet.
+    fn far(&self, disk: usize, (widest, thickness): (f64, f64)) -> f64 {
+        let apart = DEEPEST * widest + thickness.abs() + self.disks.thickness[disk].abs();
+        self.disks.reach[disk].hypot(apart) + self.margin * widest
+    }
+
+    /// The same of each disk and any point.
+    fn fars(&self) -> Vec<f64> {
+        let thickness = self.disks.thickness.iter();
+        let thickest = thickness.fold(0.0, |most: f64, x| most.max(x.abs()));
+        let any = (self.widest(), thickest);
+        (0..self.disks.len())
+            .map(|disk| self.far(disk, any))
+            .collect()
     }
 
     /// Sees to it that close lists name all pairs that may act: a sample that has moved by half of [`CLOSE_MARGIN`] or turned by
@@ -337,7 +346,7 @@ impl DeformableContact {
             .extend(all.map(|s| self.disks.gather(s, positions).0));
         let (places, samples) = (&self.places, &self.disks.samples);
         let bodies = self.frictions.len().isqrt();
-        let fars: Vec<f64> = self.fars().collect();
+        let (fars, widest) = (self.fars(), self.widest());
         let far = fars.iter().copied().fold(0.0, f64::max);
         let mut boxes = vec![(DVec3::INFINITY, DVec3::NEG_INFINITY); bodies];
         for (sample, place) in samples.iter().zip(places) {
@@ -361,11 +370,13 @@ impl DeformableContact {
             if distance_squared >= far * far {
                 return false;
             }
+            let point = (widest, self.disks.thickness[p as usize]);
             let (a, b) = (&samples[p as usize], &samples[q as usize]);
             self.disks.reach[q as usize] > 0.0
                 && allowed(a.body, b.body)
                 && (a.body != b.body
                     || !are_neighbors(a, b) && (a.flank || !self.disks.share_nodes(p, q)))
+                && distance_squared < self.far(q as usize, point).powi(2)
         };
         (self.points, self.lists) = candidates(places, &open, far, meets);
         self.close_at.clear();

@@ -132,6 +132,60 @@ fn what_is_apart_is_listed_once() {
     );
 }
 
+/// Surfaces that lie outside their rows are listed before they meet, and those a spacing off are in no contact.
+#[test]
+fn membranes_that_come_near_are_listed_before_they_meet() {
+    let side = |k: u32| -> Vec<DVec3> {
+        let z = [0.0, 6.0][k as usize];
+        (0..16_u32)
+            .map(|i| DVec3::new((i % 4).into(), (i / 4).into(), z))
+            .collect()
+    };
+    let rest = [side(0), side(1)].concat();
+    for (thickness, meets) in [(0.3, true), (0.95, true), (1.1, false)] {
+        let mut disks = ContactDisks::default();
+        for (point, x) in (0_u32..).zip(&rest) {
+            let (k, normal) = if point < 16 {
+                (0, DVec3::Z)
+            } else {
+                (1, -DVec3::Z)
+            };
+            let sample = DiskSample {
+                flank: false,
+                position: *x + normal * thickness,
+                normal,
+                area: 1.0,
+                body: k,
+                stiffness: 1.0,
+                spacing: 1.0,
+            };
+            let nodes: Vec<u32> = (0..16).map(|n| n + 16 * k).collect();
+            disks.push(sample, &nodes, &rest);
+        }
+        let settings = DeformableSettings::default();
+        let mut contact = DeformableContact::new(disks, settings, 2, |_, _| Some(0.0));
+        let mut most = 0;
+        for height in 0..600 {
+            let down = DVec3::Z * (-0.01 * f64::from(height));
+            let lower = |(n, x): (usize, &DVec3)| *x + if n < 16 { DVec3::ZERO } else { down };
+            let x: Vec<DVec3> = rest.iter().enumerate().map(lower).collect();
+            contact.update_lists(&x, &[]);
+            let mut brute = contact.clone();
+            brute.state.listed_at.clear();
+            brute.margin = 1e3;
+            brute.update_lists(&x, &[]);
+            let count = |contact: &DeformableContact| {
+                let mut pairs = 0;
+                contact.each_point(&contact.place(&x), false, |_, met| pairs += met.len());
+                pairs
+            };
+            assert_eq!(count(&contact), count(&brute), "{thickness}, {height}");
+            most = most.max(count(&contact));
+        }
+        assert_eq!(most > 0, meets, "{thickness}");
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
 
