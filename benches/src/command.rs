@@ -172,6 +172,9 @@ fn command() -> Command {
 }
 
 /// Runs the command that the program's arguments name.
+///
+/// # Panics
+/// Never: a command line without a command ends before.
 pub fn main() -> ExitCode {
     let matches = command().get_matches();
     let (name, of_study) = matches
