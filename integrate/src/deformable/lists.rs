@@ -152,11 +152,13 @@ impl DeformableContact {
             let stays = |(a, b): (&DVec3, &DVec3)| a.distance_squared(*b) < room * room;
             from.len() == positions.len() && positions.iter().zip(from).all(stays)
         };
-        if stays(&self.state.listed_at, 0.5 * self.margin()) || stays(&self.held_at, self.held_for)
-        {
-            return false;
-        }
+        // Not after samples have changed.
         if self.state.listed_at.len() == positions.len() {
+            if stays(&self.state.listed_at, 0.5 * self.margin())
+                || stays(&self.held_at, self.held_for)
+            {
+                return false;
+            }
             self.held_for = self.room_left(positions, pieces);
             if self.held_for >= 0.0 {
                 self.held_at.clear();

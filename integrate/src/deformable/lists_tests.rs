@@ -132,6 +132,20 @@ fn what_is_apart_is_listed_once() {
     );
 }
 
+/// Samples that were changed are listed anew, even where lists of those before were just found to hold.
+#[test]
+fn changed_samples_are_listed_anew() {
+    let (mut contact, rest) = sheets(0.0, 5);
+    contact.update_lists(&rest, &[]);
+    let x: Vec<DVec3> = rest.iter().map(|x| *x + DVec3::X * 0.37).collect();
+    assert!(!contact.update_lists(&x, &[]), "they hold");
+    assert_eq!(contact.held_at, x, "by what all samples did");
+    let before = contact.rebuilds();
+    let disks = contact.take_disks(&x);
+    contact.set_disks(disks, &x);
+    assert_eq!(contact.rebuilds(), before + 1);
+}
+
 /// Surfaces that lie outside their rows are listed before they meet, and those a spacing off are in no contact.
 #[test]
 fn membranes_that_come_near_are_listed_before_they_meet() {
