@@ -37,7 +37,7 @@ const FADE: f64 = 0.25;
 const SINKING: f64 = 0.5;
 /// Displacement (spacings) that lists of pairs leave room for.
 const MARGIN: f64 = 0.75;
-/// The same of the lists of close pairs, and how far disks may turn (rad) or stretch before these are made again. Of 734,000
+/// The same of the lists of close pairs, and how far disks may turn (rad) or stretch before they are looked at again. Of 734,000
 /// pairs in the lists of a crumpled tube 179,000 are close with 0.15 and 0.1, and 55,000 feet lie on disks.
 const CLOSE_MARGIN: f64 = 0.1;
 const TURN: f64 = 0.07;
@@ -407,7 +407,7 @@ impl DeformableContact {
         &self.lists[*begin as usize..*end as usize]
     }
 
-    fn closest(&self, [begin, end]: &[u32; 2]) -> &[u32] {
+    fn close_list(&self, [begin, end]: &[u32; 2]) -> &[u32] {
         &self.close[*begin as usize..*end as usize]
     }
 
@@ -476,7 +476,7 @@ impl DeformableContact {
             .map(|(points, ranges)| {
                 let (mut chunk, mut pairs) = (Chunk::default(), Vec::new());
                 for ((point, _), range) in points.iter().zip(ranges) {
-                    let list = self.closest(range);
+                    let list = self.close_list(range);
                     self.find_pairs(*point, list, &placed, NEAR, &mut pairs);
                     self.press(*point, &pairs, (&placed, &motions), step, &mut chunk);
                 }

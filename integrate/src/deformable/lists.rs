@@ -268,7 +268,7 @@ impl DeformableContact {
             let mut ends = Vec::with_capacity(points.len());
             let mut close: Vec<u32> = Vec::new();
             for ((point, range), close_range) in points.iter().zip(closes) {
-                let mut were = self.closest(close_range).iter().peekable();
+                let mut were = self.close_list(close_range).iter().peekable();
                 let all = gone[*point as usize];
                 let stays = |other: &&u32| {
                     let was = were.next_if_eq(other).is_some();

@@ -196,7 +196,7 @@ impl DeformableContact {
         let mut pairs = Vec::new();
         for (point, (slot, range)) in self.points.iter().enumerate() {
             let list = if of_close {
-                self.closest(&self.close_points[point])
+                self.close_list(&self.close_points[point])
             } else {
                 self.listed(range)
             };
