@@ -1,6 +1,7 @@
 //! Factors around random and twisted strips against shortest paths that are searched, not derived.
 
 use super::Proof;
+use crate::problems::cracks::add_stroke;
 use glam::DVec3;
 use phyxel_enrich::{CutSettings, Cuts, FactorSettings, InfluenceRadius, PairFactors, Rows};
 use testkit::cloud::{self, Random};
@@ -49,11 +50,7 @@ fn cut(
         influence_radius: radius,
     });
     for strip in strips {
-        let stroke = cuts.start(&strip[0]).unwrap();
-        for blade in &strip[1..] {
-            cuts.append(stroke, blade).unwrap();
-        }
-        cuts.end(stroke).unwrap();
+        add_stroke(&mut cuts, strip).unwrap();
     }
     factors.update(&graph, &cuts, 0..cuts.triangle_count(), &inside);
     let mut pairs = Vec::new();

@@ -1,6 +1,6 @@
 //! Problems without a reference: set-ups after a cut, pieces.
 
-use crate::problems::cracks::{CutBody, Form, Plate, upright};
+use crate::problems::cracks::{CutBody, Form, Plate, add_stroke, upright};
 use glam::DVec3;
 use phyxel_mls::{ConservativeSettings, GradientStencils, inverse_square_weights};
 
@@ -44,11 +44,7 @@ pub(super) fn force_across(strips: &[&[[DVec3; 2]]], piece: impl Fn(DVec3) -> bo
     let body = Plate::new([8; 3], DVec3::ZERO, DVec3::ONE, 0.2).unwrap();
     let mut cuts = body.cuts();
     for strip in strips {
-        let stroke = cuts.start(&strip[0]).unwrap();
-        for blade in &strip[1..] {
-            cuts.append(stroke, blade).unwrap();
-        }
-        cuts.end(stroke).unwrap();
+        add_stroke(&mut cuts, strip).unwrap();
     }
     let cut = cut_by_default(&body, &cuts);
     let mut most = [0.0_f64; 2];

@@ -44,30 +44,22 @@ enum Method {
     Shape(Order),
 }
 
-const METHODS: [Method; 4] = [
-    Method::Dissertation,
-    Method::Conservative,
-    Method::Shape(Order::Linear),
-    Method::Shape(Order::Quadratic),
+const METHODS: [(Method, &str); 4] = [
+    (
+        Method::Dissertation,
+        "MLS stencils, 16 neighbours (Aras 2014)",
+    ),
+    (Method::Conservative, "conservative stencils"),
+    (Method::Shape(Order::Linear), "linear shape functions"),
+    (Method::Shape(Order::Quadratic), "quadratic shape functions"),
 ];
-
-impl Method {
-    fn name(self) -> &'static str {
-        match self {
-            Self::Dissertation => "MLS stencils, 16 neighbours (Aras 2014)",
-            Self::Conservative => "conservative stencils",
-            Self::Shape(Order::Quadratic) => "quadratic shape functions",
-            Self::Shape(_) => "linear shape functions",
-        }
-    }
-}
 
 pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
     let sides: &[u32] = effort.choose(&[8, 12, 17, 24, 34], &[7, 10]);
     let mut rows = Vec::new();
     let mut by_spacing = Vec::new();
     let mut by_time = Vec::new();
-    for method in METHODS {
+    for (method, name) in METHODS {
         let mut errors = Vec::new();
         let mut costs = Vec::new();
         for &side in sides {
@@ -80,7 +72,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
             let (nodes_f, pairs_f) = (nodes as f64, measured.pairs as f64);
             let setup = 1e6 * measured.setup / nodes_f;
             rows.push(row![
-                method.name(),
+                name,
                 nodes,
                 cloud.spacing,
                 pairs_f / nodes_f,
@@ -93,8 +85,8 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
             errors.push((cloud.spacing, measured.error));
             costs.push((measured.setup, measured.error));
         }
-        by_spacing.push(Series::line(method.name(), errors));
-        by_time.push(Series::line(method.name(), costs));
+        by_spacing.push(Series::line(name, errors));
+        by_time.push(Series::line(name, costs));
     }
     let table = Table::new(
         "methods",
@@ -169,52 +161,41 @@ fn cloud(side: u32) -> Cloud {
 
 fn measure(method: Method, cloud: &Cloud) -> Result<Measured, StudyError> {
     match method {
-        Method::Dissertation => {
-            let (made, setup) = median_time(RUNS, || -> Result<_, StudyError> {
-                let near = k_nearest(&cloud.positions, &NearestSettings::default())?;
-                let graph = near.neighborhoods;
-                let weights = kernel_weights(
-                    Kernel::Polynomial,
-                    &cloud.positions,
-                    &near.support_radii,
-                    &graph,
-                );
-                let stencils = GradientStencils::plain(&cloud.positions, &graph, weights, 1e-3)?;
-                let gradients = stencils.pair_gradients(&cloud.positions, &graph);
-                Ok((graph, gradients))
-            });
-            let (graph, gradients) = made?;
-            Ok(of_stencils(cloud, &graph, &gradients, setup))
-        }
-        Method::Conservative => {
-            let (made, setup) = median_time(RUNS, || -> Result<_, StudyError> {
-                let near = k_nearest(&cloud.positions, &NearestSettings::default())?;
-                let graph = near.neighborhoods.symmetrized()?;
-                let weights = inverse_square_weights(&cloud.positions, &graph);
-                let stencils = GradientStencils::conservative(
-                    &cloud.positions,
-                    &cloud.volumes,
-                    &cloud.boundary,
-                    &graph,
-                    weights,
-                    &ConservativeSettings::default(),
-                )?;
-                let gradients = stencils.pair_gradients(&cloud.positions, &graph);
-                Ok((graph, gradients))
-            });
-            let (graph, gradients) = made?;
-            Ok(of_stencils(cloud, &graph, &gradients, setup))
-        }
+        Method::Dissertation => of_stencils(cloud, || {
+            let near = k_nearest(&cloud.positions, &NearestSettings::default())?;
+            let (graph, radii) = (near.neighborhoods, near.support_radii);
+            let weights = kernel_weights(Kernel::Polynomial, &cloud.positions, &radii, &graph);
+            let stencils = GradientStencils::plain(&cloud.positions, &graph, weights, 1e-3)?;
+            Ok((graph, stencils))
+        }),
+        Method::Conservative => of_stencils(cloud, || {
+            let near = k_nearest(&cloud.positions, &NearestSettings::default())?;
+            let graph = near.neighborhoods.symmetrized()?;
+            let weights = inverse_square_weights(&cloud.positions, &graph);
+            let stencils = GradientStencils::conservative(
+                &cloud.positions,
+                &cloud.volumes,
+                &cloud.boundary,
+                &graph,
+                weights,
+                &ConservativeSettings::default(),
+            )?;
+            Ok((graph, stencils))
+        }),
         Method::Shape(order) => of_shape_functions(cloud, order),
     }
 }
 
 fn of_stencils(
     cloud: &Cloud,
-    graph: &Neighborhoods,
-    pair_gradients: &[DVec3],
-    setup: f64,
-) -> Measured {
+    make: impl Fn() -> Result<(Neighborhoods, GradientStencils), StudyError>,
+) -> Result<Measured, StudyError> {
+    let (made, setup) = median_time(RUNS, || -> Result<_, StudyError> {
+        let (graph, stencils) = make()?;
+        let gradients = stencils.pair_gradients(&cloud.positions, &graph);
+        Ok((graph, gradients))
+    });
+    let (graph, pair_gradients) = made?;
     let values: Vec<f64> = cloud.positions.iter().map(|&x| field(x)).collect();
     let (gradients, evaluation) = median_time(RUNS, || {
         (0..cloud.positions.len())
@@ -244,13 +225,13 @@ fn of_stencils(
         |vectors: &mut dyn Iterator<Item = DVec3>| vectors.map(DVec3::length).fold(0.0, f64::max);
     let mut differences = sums.iter().zip(&cloud.boundary).map(|(&a, &b)| a - b);
     let off = largest(&mut differences);
-    Measured {
+    Ok(Measured {
         pairs: graph.pair_count(),
         error: error(cloud, &gradients),
         conservation: Some(off / largest(&mut cloud.boundary.iter().copied())),
         setup,
         evaluation,
-    }
+    })
 }
 
 fn of_shape_functions(cloud: &Cloud, order: Order) -> Result<Measured, StudyError> {

@@ -43,14 +43,6 @@ enum Kind {
 }
 
 impl Kind {
-    const ALL: [Self; 5] = [
-        Self::NeoHookean,
-        Self::MooneyRivlin,
-        Self::SaintVenantKirchhoff,
-        Self::Volume,
-        Self::Fibers,
-    ];
-
     fn name(self) -> &'static str {
         match self {
             Self::NeoHookean => "neo-Hookean",
@@ -146,8 +138,6 @@ enum Model {
 }
 
 impl Model {
-    const ALL: [Self; 3] = [Self::Default, Self::MeanDilatation, Self::Dissertation];
-
     fn name(self) -> &'static str {
         match self {
             Self::Default => "default",
@@ -166,6 +156,17 @@ impl Model {
         block.elastic(&block.stencils, material, &settings)
     }
 }
+
+/// Each variant on the law it is for; the default on all of them.
+const CASES: [(Kind, Model); 7] = [
+    (Kind::NeoHookean, Model::Default),
+    (Kind::NeoHookean, Model::MeanDilatation),
+    (Kind::MooneyRivlin, Model::Default),
+    (Kind::SaintVenantKirchhoff, Model::Default),
+    (Kind::SaintVenantKirchhoff, Model::Dissertation),
+    (Kind::Volume, Model::Default),
+    (Kind::Fibers, Model::Default),
+];
 
 /// A stretched block: stress and stretch across, the cost.
 struct Stretched {
@@ -250,58 +251,47 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
     let block = cube(cells)?;
     let (mut rows, mut by_ratio) = (Vec::new(), Vec::<Series>::new());
     let mut stresses: Vec<Series> = Vec::new();
-    for kind in Kind::ALL {
-        for model in Model::ALL {
-            // Each variant on the law it is for; the default on all of them.
-            let wanted = match model {
-                Model::Default => true,
-                Model::Dissertation => matches!(kind, Kind::SaintVenantKirchhoff),
-                _ => matches!(kind, Kind::NeoHookean),
-            };
-            if !wanted {
-                continue;
-            }
-            // The dissertation's model has soft modes without energy, in which Newton's method gets
-            // lost where the law itself is soft.
-            let borne = |nu: f64, l: f64| {
-                model != Model::Dissertation || (nu < 0.46 && (0.85..1.25).contains(&l))
-            };
-            let name = format!("{}, {}", kind.name(), model.name());
-            let mut errors = Vec::new();
-            for &nu in ratios {
-                let mut worst = 0.0_f64;
-                for &l in stretches.iter().filter(|&&l| borne(nu, l)) {
-                    let (stress, across) = kind.closed_form(nu, l);
-                    let mut row = row![kind.name(), model.name(), nu, l, stress];
-                    match stretch(&block, model, kind.material(nu), l) {
-                        Ok(found) => {
-                            let error = 100.0 * (found.stress / stress - 1.0);
-                            worst = worst.max(error.abs());
-                            row.extend([
-                                Cell::Number(error),
-                                Cell::Number(100.0 * (found.across / across - 1.0)),
-                                Cell::Number(1e3 * found.seconds),
-                                Cell::Count(found.products),
-                            ]);
-                            if model == Model::Default && (nu - ratios[0]).abs() < 1e-9 {
-                                add_point(&mut stresses, kind.name(), (l, found.stress));
-                            }
+    for (kind, model) in CASES {
+        // The dissertation's model has soft modes without energy, in which Newton's method gets
+        // lost where the law itself is soft.
+        let borne = |nu: f64, l: f64| {
+            model != Model::Dissertation || (nu < 0.46 && (0.85..1.25).contains(&l))
+        };
+        let name = format!("{}, {}", kind.name(), model.name());
+        let mut errors = Vec::new();
+        for &nu in ratios {
+            let mut worst = 0.0_f64;
+            for &l in stretches.iter().filter(|&&l| borne(nu, l)) {
+                let (stress, across) = kind.closed_form(nu, l);
+                let mut row = row![kind.name(), model.name(), nu, l, stress];
+                match stretch(&block, model, kind.material(nu), l) {
+                    Ok(found) => {
+                        let error = 100.0 * (found.stress / stress - 1.0);
+                        worst = worst.max(error.abs());
+                        row.extend(row![
+                            error,
+                            100.0 * (found.across / across - 1.0),
+                            1e3 * found.seconds,
+                            found.products
+                        ]);
+                        if model == Model::Default && (nu - ratios[0]).abs() < 1e-9 {
+                            add_point(&mut stresses, kind.name(), (l, found.stress));
                         }
-                        // Not every model bears every stretch; the table says which did not.
-                        Err(StudyError::Equilibrium(_)) => {
-                            row.extend([Cell::Word("no equilibrium".to_owned())]);
-                            row.resize(9, Cell::Nothing);
-                        }
-                        Err(error) => return Err(error),
                     }
-                    rows.push(row);
+                    // Not every model bears every stretch; the table says which did not.
+                    Err(StudyError::Equilibrium(_)) => {
+                        row.push("no equilibrium".into());
+                        row.resize(9, Cell::Nothing);
+                    }
+                    Err(error) => return Err(error),
                 }
-                if stretches.iter().any(|&l| borne(nu, l)) {
-                    errors.push((nu, worst));
-                }
+                rows.push(row);
             }
-            by_ratio.push(Series::line(name, errors));
+            if stretches.iter().any(|&l| borne(nu, l)) {
+                errors.push((nu, worst));
+            }
         }
+        by_ratio.push(Series::line(name, errors));
     }
     let table = Table::new(
         "stretch",

@@ -11,7 +11,7 @@ use glam::DMat3;
 
 pub use cut_body::{CutBody, Form};
 pub use plate::Plate;
-pub use problems::{Ratios, edge_crack, upright};
+pub use problems::{Ratios, add_stroke, edge_crack, upright};
 
 /// Young's modulus (Pa) and Poisson's ratio of all cracks.
 pub const YOUNG: f64 = 1000.0;

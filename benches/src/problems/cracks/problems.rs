@@ -58,12 +58,20 @@ pub fn upright(
         k += 1.0;
     }
     let mut cuts = body.cuts();
-    let stroke = cuts.start(&blades[0])?;
-    for blade in &blades[1..] {
-        cuts.append(stroke, blade)?;
-    }
-    cuts.end(stroke)?;
+    add_stroke(&mut cuts, &blades)?;
     Ok((cuts, blades))
+}
+
+/// Adds a stroke, blade by blade.
+///
+/// # Errors
+/// [`StudyError`] if it is no cut.
+pub fn add_stroke<B: AsRef<[DVec3]>>(cuts: &mut Cuts, blades: &[B]) -> Result<(), StudyError> {
+    let stroke = cuts.start(blades[0].as_ref())?;
+    for blade in &blades[1..] {
+        cuts.append(stroke, blade.as_ref())?;
+    }
+    Ok(cuts.end(stroke)?)
 }
 
 /// Edge crack in a strip under tension, W 1, H 3 (Tada, Paris, Irwin: F and V of a single edge notch):

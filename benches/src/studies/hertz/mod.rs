@@ -36,25 +36,15 @@ enum Model {
     Quadratic,
 }
 
+const MODELS: [(Model, &str); 5] = [
+    (Model::Default, "default, even nodes"),
+    (Model::Graded, "default, graded nodes"),
+    (Model::Dissertation, "dissertation, even nodes"),
+    (Model::Linear, "trilinear elements, even"),
+    (Model::Quadratic, "triquadratic elements, even"),
+];
+
 impl Model {
-    const ALL: [Self; 5] = [
-        Self::Default,
-        Self::Graded,
-        Self::Dissertation,
-        Self::Linear,
-        Self::Quadratic,
-    ];
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Default => "default, even nodes",
-            Self::Graded => "default, graded nodes",
-            Self::Dissertation => "dissertation, even nodes",
-            Self::Linear => "trilinear elements, even",
-            Self::Quadratic => "triquadratic elements, even",
-        }
-    }
-
     /// Spacing (m) of the nodes under the tool.
     fn spacing(self, cells: u32) -> f64 {
         let even = 2.0 / f64::from(cells);
@@ -220,14 +210,14 @@ fn force_curves(
     }
     let known = blocks.clone();
     curves.push(Series::line("block, triquadratic elements", known));
-    for model in [Model::Default, Model::Dissertation] {
+    for (model, name) in [MODELS[0], MODELS[2]] {
         let mut body = model.press(cells)?;
         let mut points = Vec::new();
         for &(depth, block) in &blocks {
             let found = press(&mut body, 1.0, depth)?;
             let theory = hertz_force(SOFT, 1.0, depth);
             rows.push(row![
-                model.name(),
+                name,
                 body.body.rest.len(),
                 depth,
                 MODULUS * found.force,
@@ -241,7 +231,7 @@ fn force_curves(
             points.push((depth, MODULUS * found.force));
         }
         curves.push(Series::line(
-            format!("{}, {} nodes", model.name(), body.body.rest.len()),
+            format!("{name}, {} nodes", body.body.rest.len()),
             points,
         ));
     }
@@ -285,7 +275,7 @@ fn convergence(effort: Effort, reference: &mut Reference) -> Result<Converged, S
         ]);
         (error.abs(), deeper)
     };
-    for model in Model::ALL {
+    for (model, name) in MODELS {
         let (mut errors, mut times) = (Vec::new(), Vec::new());
         let (mut ratios, mut norms) = (Vec::new(), Vec::new());
         for &cells in cells {
@@ -306,17 +296,17 @@ fn convergence(effort: Effort, reference: &mut Reference) -> Result<Converged, S
                 }
                 _ => measured(&mut model.press(cells)?, reference),
             }?;
-            let (error, deeper) = add(model.name(), model.spacing(cells), &found);
+            let (error, deeper) = add(name, model.spacing(cells), &found);
             let nodes = found.nodes as f64;
             errors.push((nodes, error));
             times.push((found.deep.seconds, error));
             ratios.push((nodes, deeper));
             norms.push((3.0 * nodes, 100.0 * found.norm));
         }
-        by_nodes.push(Series::line(model.name(), errors));
-        by_time.push(Series::line(model.name(), times));
-        by_theory.push(Series::line(model.name(), ratios));
-        by_norm.push(Series::line(model.name(), norms));
+        by_nodes.push(Series::line(name, errors));
+        by_time.push(Series::line(name, times));
+        by_theory.push(Series::line(name, ratios));
+        by_norm.push(Series::line(name, norms));
     }
     for (name, force, small) in [
         ("reference, finer lattice", known.fine, known_small.fine),

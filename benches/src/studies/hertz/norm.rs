@@ -29,17 +29,11 @@ enum Load {
     Sphere,
 }
 
-impl Load {
-    const ALL: [Self; 3] = [Self::Smooth, Self::Given, Self::Sphere];
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Smooth => "smooth field given on the top",
-            Self::Given => "the reference's given on the top",
-            Self::Sphere => "sphere",
-        }
-    }
-}
+const LOADS: [(Load, &str); 3] = [
+    (Load::Smooth, "smooth field given on the top"),
+    (Load::Given, "the reference's given on the top"),
+    (Load::Sphere, "sphere"),
+];
 
 /// `-d cos²(π x / 2) cos²(π y / 2)` along z.
 fn smooth(x: DVec3) -> DVec3 {
@@ -165,7 +159,7 @@ pub(super) fn table(
     let by_smooth = reference.with_top(smooth)?;
     let by_sphere = |x: DVec3| reference.displacement(x);
     let (mut rows, mut curves) = (Vec::new(), Vec::new());
-    for load in Load::ALL {
+    for (load, load_name) in LOADS {
         let known: &dyn Fn(DVec3) -> DVec3 = match load {
             Load::Smooth => &by_smooth,
             Load::Given | Load::Sphere => &by_sphere,
@@ -188,7 +182,7 @@ pub(super) fn table(
                     (error / plain).ln() / (f64::from(cells) / f64::from(coarse)).ln()
                 });
                 rows.push(row![
-                    load.name(),
+                    load_name,
                     name.clone(),
                     found.rest.len(),
                     100.0 * plain,
