@@ -4,8 +4,8 @@ use crate::common::{cube, join, repaired};
 use glam::DVec3;
 use phyxel_discretize::{
     Bounds, FileError, Mesh, Primitive, ReadErrorKind, RepairError, RepairSettings, SampleError,
-    SampleSettings, SampleTarget, Solid, TextPlace, parse_mesh, read_mesh, read_point_cloud,
-    repair, sample_file, sample_tetrahedra,
+    SampleSettings, Solid, TextPlace, parse_mesh, read_mesh, read_point_cloud, repair, sample_file,
+    sample_tetrahedra,
 };
 use testkit::assert_matches;
 use testkit::tol::assert_relative;
@@ -206,26 +206,20 @@ fn repair_names_why_a_surface_is_no_solid() {
 
 #[test]
 fn sampling_names_why_it_stops() {
-    let at = |solid: &Solid, target| {
-        let settings = SampleSettings {
-            target,
-            ..SampleSettings::default()
-        };
-        sample_tetrahedra(solid, &settings).unwrap_err()
-    };
+    let at = |solid: &Solid, settings| sample_tetrahedra(solid, &settings).unwrap_err();
     let liver = Solid::from(Primitive::Liver);
     for spacing in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        let error = at(&liver, SampleTarget::Spacing(spacing));
+        let error = at(&liver, SampleSettings::spacing(spacing));
         assert_matches!(error, SampleError::Spacing { .. });
     }
     let cube = Solid::from(Primitive::Box {
         half_extents: DVec3::splat(0.05),
     });
-    let coarse = at(&cube, SampleTarget::Spacing(1e3));
+    let coarse = at(&cube, SampleSettings::spacing(1e3));
     assert_matches!(coarse, SampleError::Vanished { .. });
-    let few = at(&liver, SampleTarget::NodeCount(3));
+    let few = at(&liver, SampleSettings::nodes(3));
     assert_matches!(few, SampleError::TooFewNodes { nodes: 3, .. });
-    let fine = at(&liver, SampleTarget::Spacing(1e-9));
+    let fine = at(&liver, SampleSettings::spacing(1e-9));
     assert_matches!(fine, SampleError::TooFine { .. });
     let plate = Primitive::Ellipsoid {
         semi_axes: DVec3::new(1.0, 1.0, 1e-5),
@@ -233,7 +227,7 @@ fn sampling_names_why_it_stops() {
     // A point off the plate's middle: no lattice point lies in it.
     let lower = Bounds::new(DVec3::new(-1.0, -1.0, -0.37), DVec3::new(1.0, 1.0, 0.4));
     let thin = Solid::implicit(lower, move |p| plate.value(p));
-    let gone = at(&thin, SampleTarget::Spacing(0.3));
+    let gone = at(&thin, SampleSettings::spacing(0.3));
     assert_matches!(gone, SampleError::Vanished { .. });
     let half_known = |p: DVec3| {
         if p.x > 0.0 {
@@ -243,22 +237,23 @@ fn sampling_names_why_it_stops() {
         }
     };
     let nan = Solid::implicit(Primitive::Liver.bounds(), half_known);
-    let unknown = at(&nan, SampleTarget::Spacing(0.01));
+    let unknown = at(&nan, SampleSettings::spacing(0.01));
     assert_matches!(unknown, SampleError::NotANumber { at } if at.x > 0.0);
     let half = Bounds::new(DVec3::splat(-1.2), DVec3::new(1.2, 1.2, 0.3));
     let cut = Solid::implicit(half, |p| p.length() - 1.0);
-    let beyond = at(&cut, SampleTarget::Spacing(0.2));
+    let beyond = at(&cut, SampleSettings::spacing(0.2));
     assert_matches!(beyond, SampleError::OutsideBounds { at } if at.z > 0.3 && at.length() < 1.0);
     let exact = SampleSettings {
-        target: SampleTarget::NodeCount(1001),
         count_tolerance: 0.0,
-        ..SampleSettings::default()
+        ..SampleSettings::nodes(1001)
     };
     let block = Solid::from(Primitive::Box {
         half_extents: DVec3::ONE,
     });
-    let missed = sample_tetrahedra(&block, &exact).unwrap_err();
-    assert_matches!(missed, SampleError::NodeCount { wanted: 1001, .. });
+    assert_matches!(
+        at(&block, exact),
+        SampleError::NodeCount { wanted: 1001, .. }
+    );
 }
 
 #[test]
@@ -273,10 +268,7 @@ fn one_call_from_a_file_says_which_stage_failed() {
     assert_matches!(run("read", b"?", &settings), FileError::Read(_));
     let sheet = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
     assert_matches!(run("repair", sheet, &settings), FileError::Repair(_));
-    let few = SampleSettings {
-        target: SampleTarget::NodeCount(1),
-        ..settings
-    };
+    let few = SampleSettings::nodes(1);
     let whole = phyxel_discretize::ply_mesh(&cube(DVec3::ZERO));
     assert_matches!(run("sample", &whole, &few), FileError::Sample(_));
     std::fs::remove_dir_all(folder).unwrap();

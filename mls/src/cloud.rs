@@ -178,18 +178,6 @@ impl Cloud {
         })
     }
 
-    /// Points (m), shape `(n)`, without the coordinates that the basis does not span.
-    #[must_use]
-    pub fn points(&self) -> &[DVec3] {
-        &self.points
-    }
-
-    /// Support radii (m), shape `(n)`.
-    #[must_use]
-    pub fn support_radii(&self) -> &[f64] {
-        &self.support_radii
-    }
-
     /// `u(x)` of a field given at the nodes, shape `(n)`.
     ///
     /// # Errors

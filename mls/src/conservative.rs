@@ -195,16 +195,12 @@ impl Setup<'_> {
     /// `b_j − Σ_i V_i g_ij`, self terms included.
     fn defect(&self, boundary_vectors: &[DVec3], multipliers: &[DVec3]) -> Vec<DVec3> {
         let gradients = self.gradients(multipliers);
-        let indices = self.neighborhoods.indices();
         map(self.volumes.len(), ROWS_PER_TASK, |j| {
             let pairs = self.neighborhoods.pairs(j);
-            let own = gradients[pairs.clone()]
-                .iter()
-                .fold(DVec3::ZERO, |own, g| own - *g);
+            let own = gradients[pairs].iter().fold(DVec3::ZERO, |own, g| own - *g);
             let mut sum = boundary_vectors[j] - own * self.volumes[j];
-            for pair in pairs {
-                let back = self.reverse[pair] as usize;
-                sum -= gradients[back] * self.volumes[indices[pair] as usize];
+            for (pair, i) in self.neighborhoods.entries(j) {
+                sum -= gradients[self.reverse[pair] as usize] * self.volumes[i];
             }
             sum
         })

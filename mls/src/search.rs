@@ -112,11 +112,15 @@ impl PointTree {
         }
     }
 
-    /// Indices of all points with `|x − at| ≤ radius`, in no particular order.
-    pub(crate) fn within(&self, at: DVec3, radius: f64) -> impl Iterator<Item = u32> + '_ {
-        self.tree
-            .locate_within_distance(at.to_array(), radius * radius)
-            .map(|entry| entry.data)
+    /// Indices of all points with `|x − at| ≤ radius` but one, ascending.
+    fn row(&self, at: DVec3, radius: f64, skip: u32) -> Vec<u32> {
+        let near = self
+            .tree
+            .locate_within_distance(at.to_array(), radius * radius);
+        let near = near.map(|entry| entry.data).filter(|&index| index != skip);
+        let mut row: Vec<u32> = near.collect();
+        row.sort_unstable();
+        row
     }
 }
 
@@ -311,19 +315,16 @@ pub fn k_nearest(points: &[DVec3], settings: &NearestSettings) -> Result<KNeares
                 sum / nearest.len() as f64
             };
             let radius = settings.scale * mean;
-            let mut row: Vec<u32> = match settings.limit {
-                Some(limit) => buffer
-                    .iter()
-                    .take(limit)
-                    .filter(|&&(squared, _)| squared <= radius * radius)
-                    .map(|&(_, index)| index)
-                    .collect(),
-                None => tree
-                    .within(at, radius)
-                    .filter(|&index| index as usize != node)
-                    .collect(),
+            let row = match settings.limit {
+                None => tree.row(at, radius, to_u32(node)),
+                Some(limit) => {
+                    let near = buffer.iter().take(limit);
+                    let near = near.filter(|&&(squared, _)| squared <= radius * radius);
+                    let mut row: Vec<u32> = near.map(|&(_, index)| index).collect();
+                    row.sort_unstable();
+                    row
+                }
             };
-            row.sort_unstable();
             (row, (radius, mean))
         },
     );
@@ -354,12 +355,7 @@ pub fn within_radius(points: &[DVec3], radius: f64) -> Result<Neighborhoods, Clo
     positive("the radius", radius)?;
     let tree = PointTree::new(points)?;
     join(map(points.len(), ROWS_PER_TASK, |node| {
-        let mut row: Vec<u32> = tree
-            .within(points[node], radius)
-            .filter(|&index| index as usize != node)
-            .collect();
-        row.sort_unstable();
-        row
+        tree.row(points[node], radius, to_u32(node))
     }))
 }
 

@@ -110,8 +110,7 @@ mod tests {
             let weights = kernel_weights(kernel, &points, &radii, &graph);
             for i in 0..points.len() {
                 let mut sum = 0.0;
-                for pair in graph.pairs(i) {
-                    let j = graph.indices()[pair] as usize;
+                for (pair, j) in graph.entries(i) {
                     let r = (points[j] - points[i]).length();
                     sum += r;
                     let expected = if r > 0.0 {

@@ -59,8 +59,6 @@ pub struct MeshFile {
     pub mesh: Mesh,
     /// Tetrahedra over the same vertices, turned to positive volume.
     pub tetrahedra: Vec<[u32; 4]>,
-    /// Polygons of more than three corners that were cut into triangles.
-    pub polygons: usize,
 }
 
 /// Where in a file.
@@ -192,7 +190,6 @@ struct Raw {
     normals: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     tetrahedra: Vec<[u32; 4]>,
-    polygons: usize,
     /// Whether cells with faces were met that are not read.
     skipped: bool,
     /// Polygons of more than three corners: the first triangle of each fan, and the corners.
@@ -207,9 +204,8 @@ impl Raw {
             return Err(text::unexpected_number(expected, &corners.len(), place));
         }
         if corners.len() > 3 {
-            self.polygons += 1;
-            self.fans
-                .push((self.triangles.len(), corners.to_vec(), place));
+            let first = self.triangles.len();
+            self.fans.push((first, corners.to_vec(), place));
         }
         for pair in corners.windows(2).skip(1) {
             self.triangles.push([corners[0], pair[0], pair[1]]);
@@ -347,7 +343,6 @@ pub fn parse_mesh(bytes: &[u8]) -> Result<MeshFile, ReadError> {
             triangles: raw.triangles,
         },
         tetrahedra: raw.tetrahedra,
-        polygons: raw.polygons,
     })
 }
 

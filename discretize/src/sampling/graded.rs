@@ -291,28 +291,14 @@ impl Background for Graded<'_> {
         let end = self.tetrahedra.len().min((chunk + 1) * CHUNK);
         for corners in &self.tetrahedra[chunk * CHUNK..end] {
             let places = corners.map(|v| self.points[v as usize]);
-            let mut lengths = [0_u64; 6];
-            let mut count = 0;
-            for i in 0..4 {
-                for j in i + 1..4 {
-                    lengths[count] = squared(places[i], places[j]);
-                    count += 1;
-                }
-            }
+            let lengths = places.map(|a| places.map(|b| squared(a, b)));
+            let edges = lengths.as_flattened().iter();
             let rank = |length: u64| {
-                let shorter = lengths.iter().filter(|l| **l < length).count();
+                // Every edge stands there twice.
+                let shorter = edges.clone().filter(|l| **l > 0 && **l < length).count() / 2;
                 u8::try_from(shorter).expect("at most six edges")
             };
-            let class = [0, 1, 2, 3].map(|i| {
-                [0, 1, 2, 3].map(|j| {
-                    if i == j {
-                        0
-                    } else {
-                        rank(squared(places[i], places[j]))
-                    }
-                })
-            });
-            visit(*corners, &class);
+            visit(*corners, &lengths.map(|row| row.map(rank)));
         }
     }
 

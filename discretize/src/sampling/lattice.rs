@@ -51,8 +51,7 @@ impl Lattice {
             if at[axis] < self.cells[axis] {
                 let mut next = at;
                 next[axis] += 1;
-                let to = self.corner(next);
-                visit(from, to, true);
+                visit(from, self.corner(next), true);
             }
         }
         if (0..3).any(|axis| at[axis] >= self.cells[axis]) {
@@ -63,8 +62,7 @@ impl Lattice {
             if at[axis] + 1 < self.cells[axis] {
                 let mut next = at;
                 next[axis] += 1;
-                let to = self.center(next);
-                visit(from, to, true);
+                visit(from, self.center(next), true);
             }
         }
         for octant in 0..8 {

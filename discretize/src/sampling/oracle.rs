@@ -67,15 +67,9 @@ impl<'a> Oracle<'a> {
         if value.is_nan() {
             return Err(SampleError::NotANumber { at });
         }
-        Ok(
-            if value.abs() <= ON_SURFACE * self.solid.bounds().diagonal() {
-                0
-            } else if value < 0.0 {
-                1
-            } else {
-                -1
-            },
-        )
+        let on_surface = value.abs() <= ON_SURFACE * self.solid.bounds().diagonal();
+        let side = if value < 0.0 { 1 } else { -1 };
+        Ok(if on_surface { 0 } else { side })
     }
 
     /// Where the edge from an inside to an outside point leaves the body (first time), and the

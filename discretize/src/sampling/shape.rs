@@ -165,11 +165,11 @@ impl Shape {
         if let Self::Box { size } = *self {
             // Cells that fit it are for boxes along the axes.
             let half_extents = size * placed.scale * 0.5;
-            let (min, max) = (
+            let bounds = Bounds::new(
                 placed.position - half_extents,
                 placed.position + half_extents,
             );
-            return Ok((Solid::from(Bounds { min, max }), None));
+            return Ok((bounds.into(), None));
         }
         let shift = placed.scale * own.position + placed.position;
         let scale = placed.scale * own.scale;

@@ -405,11 +405,9 @@ impl Solid {
         match &self.kind {
             Kind::Implicit(function) => function(p),
             Kind::Mesh(body) => {
-                let distance = body
-                    .hierarchy
-                    .closest(p)
-                    .map_or(f64::INFINITY, |c| c.distance_squared.sqrt());
-                if body.hierarchy.winding_number(p) > 0.5 {
+                let closest = body.hierarchy.closest(p);
+                let distance = closest.map_or(f64::INFINITY, |c| c.distance_squared.sqrt());
+                if self.contains(p) {
                     -distance
                 } else {
                     distance
@@ -426,9 +424,8 @@ impl Solid {
         match &self.kind {
             Kind::Implicit(_) => self.gradient(p).normalize_or_zero(),
             Kind::Mesh(body) => body.hierarchy.closest(p).map_or(DVec3::ZERO, |c| {
-                body.mesh
-                    .area_vector(c.triangle as usize)
-                    .normalize_or_zero()
+                let vector = body.mesh.area_vector(c.triangle as usize);
+                vector.normalize_or_zero()
             }),
         }
     }

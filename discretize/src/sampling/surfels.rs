@@ -56,15 +56,10 @@ pub fn sample_surfels(mesh: &Mesh, count: usize, exact: Option<&Solid>) -> Surfa
         }
         radius *= 0.95;
     }
+    let chosen = kept.iter().map(|&i| candidates[i as usize]);
     let mut surfels = SurfaceSamples {
-        positions: kept
-            .iter()
-            .map(|&i| candidates[i as usize].position)
-            .collect(),
-        normals: kept
-            .iter()
-            .map(|&i| candidates[i as usize].normal)
-            .collect(),
+        positions: chosen.clone().map(|candidate| candidate.position).collect(),
+        normals: chosen.map(|candidate| candidate.normal).collect(),
         areas: vec![0.0; kept.len()],
     };
     let mut place = vec![u32::MAX; candidates.len()];

@@ -286,11 +286,7 @@ impl Blob {
 }
 
 pub(crate) fn blob() -> impl Strategy<Value = Blob> {
-    let kind = prop_oneof![
-        Just(BlobKind::Union),
-        Just(BlobKind::Bite),
-        Just(BlobKind::Lobes)
-    ];
+    let kind = prop::sample::select(vec![BlobKind::Union, BlobKind::Bite, BlobKind::Lobes]);
     (
         kind,
         rotation(),

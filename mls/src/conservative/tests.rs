@@ -45,8 +45,8 @@ fn errors(block: &Block, graph: &Neighborhoods, s: &GradientStencils) -> (f64, f
     let mut consistency = 0.0_f64;
     for i in 0..b.len() {
         let (mut own, mut unit) = (DVec3::ZERO, DMat3::ZERO);
-        for (pair, &j) in graph.pairs(i).zip(graph.row(i)) {
-            let (j, g) = (j as usize, gradients[pair]);
+        for (pair, j) in graph.entries(i) {
+            let g = gradients[pair];
             sums[j] += g * s.volumes[i];
             own -= g;
             unit += outer(x[j] - x[i], g);
@@ -119,12 +119,10 @@ fn correction_has_the_form_of_the_minimiser() {
     let mu = &s.multipliers;
     for i in 0..block.positions.len() {
         let mut h = DMat3::ZERO;
-        for pair in graph.pairs(i) {
-            let k = graph.indices()[pair] as usize;
+        for (pair, k) in graph.entries(i) {
             h += outer(mu[k] - mu[i], before[pair]);
         }
-        for pair in graph.pairs(i) {
-            let j = graph.indices()[pair] as usize;
+        for (pair, j) in graph.entries(i) {
             let x = block.positions[j] - block.positions[i];
             let e = mu[j] - mu[i] - h * x;
             let change = e * (s.volumes[i] * s.weights[pair]);
@@ -266,8 +264,7 @@ fn diced_bodies_stay_finite() {
     let alone = graph.pairs(40);
     let mut factors = vec![1.0; graph.pair_count()];
     for i in 0..block.positions.len() {
-        for pair in graph.pairs(i) {
-            let j = graph.indices()[pair] as usize;
+        for (pair, j) in graph.entries(i) {
             if cell(block.positions[i]) != cell(block.positions[j]) {
                 factors[pair] = 0.0;
             } else if pair % 7 == 0 {

@@ -33,8 +33,7 @@ proptest! {
         }
         let reverse = symmetric.reverse_pairs().unwrap();
         for i in 0..n {
-            for pair in symmetric.pairs(i) {
-                let j = symmetric.indices()[pair] as usize;
+            for (pair, j) in symmetric.entries(i) {
                 let back = reverse[pair] as usize;
                 prop_assert!(symmetric.pairs(j).contains(&back));
                 prop_assert_eq!(symmetric.indices()[back] as usize, i);

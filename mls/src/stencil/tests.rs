@@ -53,8 +53,7 @@ fn equals_the_normal_equations_solved_directly() {
     for i in 0..points.len() {
         // Equation (26): A ∇u = Σ (u_j − u_i) X_ij w.
         let (mut a, mut rhs, mut by_stencil) = (DMat3::ZERO, DVec3::ZERO, DVec3::ZERO);
-        for pair in graph.pairs(i) {
-            let j = graph.indices()[pair] as usize;
+        for (pair, j) in graph.entries(i) {
             let x = points[j] - points[i];
             let du = field(points[j]) - field(points[i]);
             a += outer(x, x) * s.weights[pair];

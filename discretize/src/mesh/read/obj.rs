@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::text::{Text, unexpected};
+use super::text::{Text, line_end, unexpected};
 use super::{Raw, ReadError, TextPlace, out_of_range};
 
 pub(super) fn parse(bytes: &[u8]) -> Result<Raw, ReadError> {
@@ -65,11 +65,7 @@ fn join_lines(bytes: &[u8]) -> Cow<'_, [u8]> {
     let (mut rest, mut owed) = (bytes, 0);
     while let Some((&byte, after)) = rest.split_first() {
         rest = after;
-        let ends = if rest.starts_with(b"\r\n") {
-            2
-        } else {
-            usize::from(matches!(rest.first(), Some(b'\n' | b'\r')))
-        };
+        let ends = line_end(rest);
         if byte == b'\\' && ends > 0 {
             out.push(b' ');
             rest = &rest[ends..];

@@ -176,9 +176,8 @@ impl<'a> Text<'a> {
             rest: &rest[..end],
             line: self.line,
         };
-        let pair = rest.get(end) == Some(&b'\r') && rest.get(end + 1) == Some(&b'\n');
         self.line += usize::from(end < rest.len());
-        self.skip(end + 1 + usize::from(pair));
+        self.skip(end + line_end(&rest[end..]));
         Some(words)
     }
 
@@ -194,12 +193,7 @@ impl<'a> Text<'a> {
 
     /// Skips what is left of the present line: the end of a word is known, a block of bytes follows.
     pub(super) fn end_line(&mut self) {
-        let rest = self.rest();
-        let ends = if rest.starts_with(b"\r\n") {
-            2
-        } else {
-            usize::from(matches!(rest.first(), Some(b'\n' | b'\r')))
-        };
+        let ends = line_end(self.rest());
         self.skip(ends);
         self.line += ends.min(1);
     }
@@ -322,6 +316,15 @@ pub(super) fn unexpected_number(
     place: TextPlace,
 ) -> ReadError {
     unexpected(expected, found.to_string().as_bytes(), place)
+}
+
+/// Bytes of the line's end that some bytes begin with, 0 if they do not.
+pub(super) fn line_end(bytes: &[u8]) -> usize {
+    match bytes {
+        [b'\r', b'\n', ..] => 2,
+        [b'\n' | b'\r', ..] => 1,
+        _ => 0,
+    }
 }
 
 pub(super) fn unexpected(expected: &'static str, found: &[u8], place: TextPlace) -> ReadError {

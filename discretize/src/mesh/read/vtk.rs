@@ -120,12 +120,9 @@ pub(super) fn add<'a>(
             }
             (STRIP, strip) => {
                 for (k, t) in strip.windows(3).enumerate() {
-                    let turned = if k % 2 == 0 {
-                        [t[0], t[1], t[2]]
-                    } else {
-                        [t[1], t[0], t[2]]
-                    };
-                    raw.triangles.push(turned);
+                    // Every other one is turned.
+                    let (a, b) = (k % 2, 1 - k % 2);
+                    raw.triangles.push([t[a], t[b], t[2]]);
                 }
             }
             (_, polygon) => raw.polygon(polygon, place)?,

@@ -1,5 +1,7 @@
 //! VTK XML: unstructured grids and polydata; arrays as text, base64 or raw bytes, plain or zlib.
 
+use std::collections::HashMap;
+
 use super::text::{Order, Scalar, Text, check_count, unexpected};
 use super::vtk::{self, POLYGON, STRIP};
 use super::{Raw, ReadError, TextPlace, out_of_range, point, truncated, unsupported};
@@ -56,13 +58,8 @@ struct Reader<'a> {
     appended: Option<(usize, bool)>,
 }
 
-/// The arrays of a piece that are of use.
-#[derive(Default)]
-struct Lists<'a> {
-    connectivity: Option<Tag<'a>>,
-    offsets: Option<Tag<'a>>,
-    types: Option<Tag<'a>>,
-}
+/// The arrays of a section by their names.
+type Lists<'a> = HashMap<&'a [u8], Tag<'a>>;
 
 pub(super) fn parse(bytes: &[u8]) -> Result<Raw, ReadError> {
     let mut raw = Raw::default();
@@ -87,25 +84,19 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, ReadError> {
     }
     let mut section: &[u8] = b"";
     let mut first = 0;
-    let mut lists = Lists::default();
+    let mut lists = Lists::new();
     for tag in tags {
         match tag.name {
             b"Piece" => first = raw.vertices.len(),
             b"Points" | b"Cells" | b"Polys" | b"Strips" | b"Verts" | b"Lines" | b"PointData"
             | b"CellData" | b"FieldData" => {
                 section = tag.name;
-                lists = Lists::default();
+                lists.clear();
             }
             b"DataArray" => match (section, tag.get("Name").unwrap_or_default()) {
                 (b"Points", _) => reader.points(&tag, &mut raw)?,
                 (b"Cells" | b"Polys" | b"Strips", name) => {
-                    let list = match name {
-                        b"connectivity" => &mut lists.connectivity,
-                        b"offsets" => &mut lists.offsets,
-                        b"types" => &mut lists.types,
-                        _ => continue,
-                    };
-                    *list = Some(tag);
+                    lists.insert(name, tag);
                     reader.cells(section, &mut lists, first, &mut raw)?;
                 }
                 _ => {}
@@ -204,16 +195,18 @@ impl Reader<'_> {
             b"Strips" => Some(STRIP),
             _ => None,
         };
-        let (Some(connectivity), Some(offsets)) = (&lists.connectivity, &lists.offsets) else {
+        let [connectivity, offsets, types] =
+            ["connectivity", "offsets", "types"].map(|name| lists.get(name.as_bytes()));
+        let (Some(connectivity), Some(offsets)) = (connectivity, offsets) else {
             return Ok(());
         };
-        if kind.is_none() && lists.types.is_none() {
+        if kind.is_none() && types.is_none() {
             return Ok(());
         }
         let place = connectivity.place();
         let corners = self.integers(connectivity)?;
         let ends = self.integers(offsets)?;
-        let types = match (&lists.types, kind) {
+        let types = match (types, kind) {
             (Some(tag), None) => self.integers(tag)?,
             (_, kind) => vec![kind.unwrap_or(POLYGON); ends.len()],
         };
@@ -233,7 +226,7 @@ impl Reader<'_> {
             cells.push(own.iter().map(moved).collect::<Vec<i64>>());
             begin += own.len();
         }
-        *lists = Lists::default();
+        lists.clear();
         vtk::add(raw, types.into_iter().zip(&cells), place)
     }
 
