@@ -96,14 +96,14 @@ impl<'a> KeyPage<'a> {
         for paragraph in paragraphs.by_ref() {
             self.push(format_args!("\n{}\n", paragraph.replace('\n', " ")));
         }
-        if let Some(choices) = definition.get("oneOf").and_then(Value::as_array) {
+        let choices = match definition.get("oneOf").and_then(Value::as_array) {
+            Some(choices) => &choices[..],
+            None if definition.get("const").is_some() => std::slice::from_ref(definition),
+            None => &[],
+        };
+        if !choices.is_empty() {
             self.push("\n| choice | value | default | meaning |\n|---|---|---|---|\n");
-            for choice in choices {
-                self.choice_rows(choice);
-            }
-        } else if definition.get("const").is_some() {
-            self.push("\n| choice | value | default | meaning |\n|---|---|---|---|\n");
-            self.choice_rows(definition);
+            choices.iter().for_each(|choice| self.choice_rows(choice));
         } else {
             self.push("\n| key | value | default | meaning |\n|---|---|---|---|\n");
             self.key_rows(definition, name, "");
@@ -120,23 +120,18 @@ impl<'a> KeyPage<'a> {
 
     /// Rows of one choice of an enum and of its keys.
     fn choice_rows(&mut self, choice: &Value) {
-        if let Some(name) = choice.get("const").and_then(Value::as_str) {
-            self.push(format_args!("| `{name}` | | | {} |\n", one_line(choice)));
+        let meaning = one_line(choice);
+        if let Some(name) = str_of(choice, "const") {
+            self.push(format_args!("| `{name}` | | | {meaning} |\n"));
             return;
         }
         for (name, content) in properties(choice) {
             if content.get("properties").is_some() {
-                self.push(format_args!(
-                    "| `{name}(..)` | | | {} |\n",
-                    one_line(choice)
-                ));
+                self.push(format_args!("| `{name}(..)` | | | {meaning} |\n"));
                 self.key_rows(content, "", "· ");
             } else {
-                self.push(format_args!(
-                    "| `{name}(..)` | {} | | {} |\n",
-                    value_of(content),
-                    one_line(choice)
-                ));
+                let value = value_of(content);
+                self.push(format_args!("| `{name}(..)` | {value} | | {meaning} |\n"));
             }
         }
     }
@@ -161,10 +156,9 @@ impl<'a> KeyPage<'a> {
             Some(path) => format!("`{path}.{key}`"),
             None => format!("{before}`{key}`"),
         };
+        let (value, meaning) = (value_of(content), one_line(content));
         self.push(format_args!(
-            "| {shown} | {} | {default} | {} |\n",
-            value_of(content),
-            one_line(content)
+            "| {shown} | {value} | {default} | {meaning} |\n"
         ));
     }
 
@@ -175,15 +169,19 @@ impl<'a> KeyPage<'a> {
             found.push(name.to_owned());
         }
         match definition {
-            Value::Object(keys) => keys
-                .iter()
-                .filter(|(key, _)| {
-                    *key != "$defs" && *key != "default" && !is_compared(self.compared, owner, key)
-                })
-                .for_each(|(_, value)| self.references(owner, value, found)),
-            Value::Array(items) => items
-                .iter()
-                .for_each(|item| self.references(owner, item, found)),
+            Value::Object(keys) => {
+                let is_other = |key: &str| ["$defs", "default"].contains(&key);
+                for (key, value) in keys {
+                    if !is_other(key) && !is_compared(self.compared, owner, key) {
+                        self.references(owner, value, found);
+                    }
+                }
+            }
+            Value::Array(items) => {
+                items
+                    .iter()
+                    .for_each(|item| self.references(owner, item, found));
+            }
             _ => {}
         }
     }
@@ -199,18 +197,16 @@ fn is_compared(compared: &[KeyRow], name: &str, key: &str) -> bool {
 }
 
 fn properties(definition: &Value) -> impl Iterator<Item = (&String, &Value)> {
-    definition
-        .get("properties")
-        .and_then(Value::as_object)
-        .into_iter()
-        .flatten()
+    let properties = definition.get("properties").and_then(Value::as_object);
+    properties.into_iter().flatten()
+}
+
+fn str_of<'a>(definition: &'a Value, key: &str) -> Option<&'a str> {
+    definition.get(key).and_then(Value::as_str)
 }
 
 fn text(definition: &Value) -> &str {
-    definition
-        .get("description")
-        .and_then(Value::as_str)
-        .unwrap_or_default()
+    str_of(definition, "description").unwrap_or_default()
 }
 
 fn one_line(definition: &Value) -> String {
@@ -219,10 +215,7 @@ fn one_line(definition: &Value) -> String {
 
 /// Name of the type that `definition` refers to.
 fn reference(definition: &Value) -> Option<&str> {
-    definition
-        .get("$ref")
-        .and_then(Value::as_str)
-        .and_then(|path| path.rsplit('/').next())
+    str_of(definition, "$ref").and_then(|path| path.rsplit('/').next())
 }
 
 /// What may stand as the value.
@@ -236,12 +229,9 @@ fn value_of(definition: &Value) -> String {
     }
     match definition.get("type") {
         Some(Value::Array(kinds)) => {
-            let names: Vec<String> = kinds
-                .iter()
-                .filter_map(Value::as_str)
-                .map(|kind| simple(kind, definition))
-                .collect();
-            names.join(" or ")
+            let kinds = kinds.iter().filter_map(Value::as_str);
+            let names = kinds.map(|kind| simple(kind, definition));
+            names.collect::<Vec<_>>().join(" or ")
         }
         Some(Value::String(kind)) => simple(kind, definition),
         _ => String::new(),
