@@ -169,8 +169,6 @@ fn hilbert(mut x: [u32; 3]) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::sums::tetrahedra_edges;
-    use crate::sampling::regular::lattice_tetrahedra;
     use testkit::cloud::uniform;
 
     /// On a full lattice of 8³ points a Hilbert curve goes from face neighbour to face neighbour; any
@@ -209,6 +207,33 @@ mod tests {
         }
     }
 
+    /// Neighbours on a lattice of `sides` whose nodes are named by `name`, as CSR.
+    fn lattice_edges(sides: [u32; 3], name: &[u32]) -> (Vec<u32>, Vec<u32>) {
+        let mut rows = vec![Vec::new(); name.len()];
+        let number = |[x, y, z]: [u32; 3]| name[(x + sides[0] * (y + sides[1] * z)) as usize];
+        for z in 0..sides[2] {
+            for y in 0..sides[1] {
+                for x in 0..sides[0] {
+                    for axis in 0..3 {
+                        let mut to = [x, y, z];
+                        to[axis] += 1;
+                        if to[axis] < sides[axis] {
+                            let (a, b) = (number([x, y, z]), number(to));
+                            rows[a as usize].push(b);
+                            rows[b as usize].push(a);
+                        }
+                    }
+                }
+            }
+        }
+        let mut offsets = vec![0];
+        for row in &mut rows {
+            row.sort_unstable();
+            offsets.push(offsets.last().copied().unwrap_or(0) + index(row.len()));
+        }
+        (offsets, rows.concat())
+    }
+
     /// Numbers in no order.
     fn shuffled(count: usize) -> Vec<u32> {
         let mut keyed: Vec<(u64, u32)> = uniform(count, 1.0, 9)
@@ -223,13 +248,8 @@ mod tests {
     /// Neighbours in a bar are within two of its cross-sections' diagonal layers, however its nodes were named.
     #[test]
     fn layers_follow_each_other() {
-        let name = shuffled(600);
-        let named = |t: [u32; 4]| t.map(|v| name[v as usize]);
-        let bar: Vec<_> = lattice_tetrahedra([3, 4, 50])
-            .into_iter()
-            .map(named)
-            .collect();
-        let (offsets, indices) = tetrahedra_edges(600, &bar);
+        let sides = [3, 4, 50];
+        let (offsets, indices) = lattice_edges(sides, &shuffled(600));
         let order = layered_order(&offsets, &indices);
         let mut farthest = 0;
         for (old, row) in offsets.windows(2).enumerate() {
