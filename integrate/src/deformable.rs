@@ -1,5 +1,6 @@
 //! Contact of deformable surfaces with each other and with themselves: a penalty with a learned offset, and friction.
 
+mod blocks;
 pub(crate) mod disks;
 mod drag;
 mod kept;
@@ -10,6 +11,7 @@ mod sums;
 mod tests;
 
 use crate::{BoundaryConditions, EigenvalueSettings};
+use blocks::Blocks;
 use disks::{ContactDisks, Placed};
 use drag::RigidMotions;
 use glam::DVec3;
@@ -93,6 +95,10 @@ pub struct DeformableState {
     pub forces: Vec<DVec3>,
     /// Where nodes (m) were when pairs were listed; empty before.
     pub listed_at: Vec<DVec3>,
+    /// Where nodes (m) were when lists were last found to hold.
+    pub held_at: Vec<DVec3>,
+    /// How far (m) they may move from there before that is asked again.
+    pub held_for: f64,
 }
 
 impl DeformableState {
@@ -139,11 +145,8 @@ pub struct DeformableContact {
     state: DeformableState,
     /// Room (spacings) of the lists.
     margin: f64,
-    /// Where samples (m) were when pairs were listed.
-    places: Vec<DVec3>,
-    /// Where nodes were (m) when lists were last found to hold, and how far (m) samples may move from there.
-    held_at: Vec<DVec3>,
-    held_for: f64,
+    /// Samples where pairs were listed.
+    blocks: Blocks,
     /// All samples in lists, ascending; lists name their positions in it.
     near: Vec<u32>,
     /// Points with candidates, and their ranges in `lists`.
@@ -153,7 +156,6 @@ pub struct DeformableContact {
     close_points: Vec<[u32; 2]>,
     close: Vec<u32>,
     close_at: Vec<Placed>,
-    amplification: f64,
     rebuilds: u64,
     /// Sums of the last step.
     between: Vec<DeformableForce>,
@@ -199,21 +201,18 @@ impl DeformableContact {
             frictions,
             state: DeformableState::default(),
             margin: MARGIN,
-            places: Vec::new(),
-            held_at: Vec::new(),
-            held_for: 0.0,
+            blocks: Blocks::default(),
             points: Vec::new(),
             lists: Vec::new(),
             close_points: Vec::new(),
             close: Vec::new(),
             close_at: Vec::new(),
             near: Vec::new(),
-            amplification: 1.0,
             rebuilds: 0,
             between: Vec::new(),
             stored: Vec::new(),
         };
-        contact.set_disks(disks, &[]);
+        contact.set_disks(disks, &[], &[]);
         contact
     }
 
@@ -238,7 +237,7 @@ impl DeformableContact {
         assert!(fits, "a state of {} samples", self.disks.len());
         self.state = state;
         self.between.clear();
-        self.list_pairs();
+        self.list_pairs(None);
     }
 
     /// Whether a state is one of these samples on so many nodes. One that comes from a file may not be.
@@ -251,10 +250,11 @@ impl DeformableContact {
             state.dissipated,
             state.offset_work,
             state.work,
+            state.held_for,
         ];
         state.offsets.len() == n
             && state.slips.len() == slips
-            && ([&state.listed_at, &state.forces].into_iter()).all(|list| {
+            && ([&state.listed_at, &state.held_at, &state.forces].into_iter()).all(|list| {
                 [0, node_count].contains(&list.len()) && list.iter().all(|x| x.is_finite())
             })
             && (state.slips.iter().flatten().chain(&sums)).all(|x| x.is_finite())
@@ -272,13 +272,13 @@ impl DeformableContact {
         std::mem::take(&mut self.disks)
     }
 
-    /// Takes samples, of which the first are those of before, perhaps with other rows, as after a cut. Points remember
+    /// Takes samples, of which the first are those of before, `changed` ones with other rows, as after a cut. Points remember
     /// their slips, and the energies of their springs by offsets that follow the gaps of the new rows: nothing pushes that
     /// did not, and a cut adds no energy. New ones begin without a push.
     ///
     /// # Panics
     /// If there are fewer samples than before, or of more bodies than there are.
-    pub fn set_disks(&mut self, disks: ContactDisks, positions: &[DVec3]) {
+    pub fn set_disks(&mut self, disks: ContactDisks, changed: &[usize], positions: &[DVec3]) {
         let bodies = self.frictions.len().isqrt();
         let known = |sample: &disks::DiskSample| (sample.body as usize) < bodies;
         assert!(disks.samples.iter().all(known), "{bodies} bodies");
@@ -286,22 +286,26 @@ impl DeformableContact {
             disks.len() >= self.state.offsets.len(),
             "no sample vanishes"
         );
+        let mut is_changed = vec![false; self.state.offsets.len()];
+        is_changed.resize(disks.len(), true);
+        for sample in changed {
+            is_changed[*sample] = true;
+        }
         self.state.offsets.resize(disks.len(), f64::NAN);
         if self.rubs {
             self.state.slips.resize(disks.len(), [0.0; 2]);
         }
-        let amplifications = (0..disks.len()).map(|p| disks.amplification(p));
-        self.amplification = amplifications.fold(1.0, f64::max);
         self.disks = disks;
-        if !std::mem::take(&mut self.state.listed_at).is_empty() {
+        if !self.state.listed_at.is_empty() {
+            self.list_pairs(Some(&is_changed));
+            self.state.held_at.clear();
             self.keep_energies(positions);
         }
     }
 
-    /// Coefficient of friction of two samples.
-    fn friction(&self, a: u32, b: u32) -> f64 {
-        let body = |sample: u32| self.disks.samples[sample as usize].body as usize;
-        self.frictions[body(a) * self.frictions.len().isqrt() + body(b)].unwrap_or(0.0)
+    /// Coefficient of friction of two bodies, if they may touch.
+    fn between_bodies(&self, a: u32, b: u32) -> Option<f64> {
+        self.frictions[a as usize * self.frictions.len().isqrt() + b as usize]
     }
 
     /// How often lists of pairs were made.
@@ -334,8 +338,8 @@ impl DeformableContact {
             + size_of_val(&*self.state.slips)
             + size_of_val(&*self.state.listed_at)
             + size_of_val(&*self.state.forces)
-            + size_of_val(&*self.places)
-            + size_of_val(&*self.held_at)
+            + size_of_val(&*self.state.held_at)
+            + self.blocks.bytes()
             + size_of_val(&*self.points)
             + size_of_val(&*self.lists)
             + size_of_val(&*self.close_points)
@@ -447,7 +451,7 @@ impl DeformableContact {
 
     fn find_forces(&mut self, moved: &Moved<'_>, forces: &mut [DVec3]) {
         let positions = moved.positions;
-        self.update_lists(positions, moved.pieces);
+        self.update_lists(positions);
         self.state.energy = 0.0;
         self.between.clear();
         if self.points.is_empty() {

@@ -94,7 +94,7 @@ impl DeformableBodies {
         for body in 0..members.len() {
             all.take_new(body, &mut disks);
         }
-        all.contact.set_disks(disks, &[]);
+        all.contact.set_disks(disks, &[], &[]);
         Ok(Some(all))
     }
 
@@ -167,13 +167,15 @@ impl DeformableBodies {
         let changed = changed.iter().map(|&surfel| surfel as usize);
         self.begin(members);
         let mut disks = self.contact.take_disks(&self.positions);
+        let mut set = Vec::new();
         for surfel in changed.filter(|surfel| *surfel < known) {
             let (sample, nodes) = self.sample(body, surfel);
             let at = self.samples[body][surfel] as usize;
             disks.set(at, sample, &nodes, &self.rest);
+            set.push(at);
         }
         self.take_new(body, &mut disks);
-        self.contact.set_disks(disks, &self.positions);
+        self.contact.set_disks(disks, &set, &self.positions);
         Ok(())
     }
 
@@ -244,7 +246,7 @@ impl DeformableBodies {
     /// The bound of what contact adds to the largest eigenvalue where bodies are now, if it is another than before.
     pub(crate) fn new_bound(&mut self, members: &[Member]) -> Option<f64> {
         self.begin(members);
-        self.contact.update_lists(&self.positions, &self.pieces);
+        self.contact.update_lists(&self.positions);
         let rebuilds = self.contact.rebuilds();
         (std::mem::replace(&mut self.bounded, rebuilds) != rebuilds)
             .then(|| self.contact.largest_eigenvalue(&self.masses))

@@ -75,6 +75,12 @@ impl Placed {
         let [a, b, c] = self.inverse;
         [a * v[0] + b * v[1], b * v[0] + c * v[1]]
     }
+
+    /// The inverse of the disk's smallest stretch; 0 for what is no disk.
+    pub(crate) fn steep(&self) -> f64 {
+        let [a, b, c] = self.inverse;
+        (0.5 * (a + c) + (0.25 * (a - c).powi(2) + b * b).sqrt()).sqrt()
+    }
 }
 
 impl ContactDisks {

@@ -12,7 +12,7 @@ impl DeformableContact {
         if self.state.listed_at.is_empty() {
             return Vec::new();
         }
-        self.update_lists(positions, &[]);
+        self.update_lists(positions);
         let mut energies = vec![0.0; self.disks.len()];
         let placed = self.place(positions);
         self.update_close(&placed);
@@ -24,7 +24,7 @@ impl DeformableContact {
 
     /// Gives every known point the offset with which it has the energy that it had.
     pub(super) fn keep_energies(&mut self, positions: &[DVec3]) {
-        self.update_lists(positions, &[]);
+        self.update_lists(positions);
         let stored = std::mem::take(&mut self.stored);
         let mut offsets = std::mem::take(&mut self.state.offsets);
         let mut now = 0.0;

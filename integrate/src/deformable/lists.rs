@@ -1,5 +1,6 @@
-//! Lists of pairs that may meet, by a grid of cells.
+//! Lists of pairs that may meet.
 
+use super::blocks::Blocks;
 use super::disks::{DiskSample, Placed, index};
 use super::{CHUNK, CLOSE_MARGIN, DEEPEST, DeformableContact, FACING, NEAR, TURN};
 use glam::DVec3;
@@ -9,54 +10,21 @@ use rayon::prelude::*;
 /// neighbours in the tissue and never in contact.
 const NEIGHBORS: f64 = 3.0;
 
+/// Thickness (spacings) up to which most samples have one: few are looked for farther than that.
+const THIN: f64 = 0.1;
+
 /// Cells along an axis at most; those this many apart are one. Samples are tested one by one anyway, and a piece that has
 /// fallen far leaves the cells of the others as small as they were.
 const MOST_CELLS: usize = 64;
 
-/// Samples of a piece since pairs were listed.
-#[derive(Clone)]
-struct Part {
-    count: f64,
-    /// How far (m) they moved together, and at most otherwise.
-    drift: DVec3,
-    off: f64,
-    /// Where they were.
-    low: DVec3,
-    high: DVec3,
-}
+/// A point, and others that it meets, ascending.
+type Met = (u32, Vec<u32>);
 
-impl Default for Part {
-    fn default() -> Self {
-        Self {
-            count: 0.0,
-            drift: DVec3::ZERO,
-            off: 0.0,
-            low: DVec3::INFINITY,
-            high: DVec3::NEG_INFINITY,
-        }
-    }
-}
-
-impl Part {
-    fn add(&mut self, place: DVec3, by: DVec3) {
-        self.count += 1.0;
-        self.drift += by;
-        (self.low, self.high) = (self.low.min(place), self.high.max(place));
-    }
-
-    /// Whether they are farther than `far` (m) from others.
-    fn is_apart(&self, other: &Self, far: f64) -> bool {
-        let far = far + self.off + other.off;
-        let above = |a: &Self, b: &Self| (a.low + a.drift).cmpgt(b.high + b.drift + far).any();
-        above(self, other) || above(other, self)
-    }
-}
-
-/// Points with others that they meet, as ranges of the second list; both ascending.
+/// Points with others that they meet, both ascending.
 ///
 /// # Arguments
-/// * `open` -- whether a point may meet others at all.
-/// * `far` -- distance (m) beyond which nothing meets.
+/// * `points`, `others` -- whether one is a point, and an other.
+/// * `far` -- distance (m) from which on nothing meets.
 /// * `meets` -- whether a point meets another at a squared distance (m²).
 #[allow(
     clippy::cast_possible_truncation,
@@ -64,23 +32,22 @@ impl Part {
     reason = "from 0 to 1e9"
 )]
 pub(super) fn candidates(
-    points: &[DVec3],
-    open: &[bool],
+    places: &[DVec3],
+    [points, others]: [&[bool]; 2],
     far: f64,
     meets: impl Fn(u32, u32, f64) -> bool + Sync,
-) -> (Vec<(u32, [u32; 2])>, Vec<u32>) {
-    let all = || {
-        (0_u32..)
-            .zip(points)
-            .zip(open)
-            .filter(|(_, open)| **open)
-            .map(|(point, _)| point)
+) -> Vec<Met> {
+    let of = |which| {
+        let of = |((sample, x), is_one): ((u32, &DVec3), &bool)| is_one.then_some((sample, *x));
+        (0_u32..).zip(places).zip(which).filter_map(of)
     };
-    let low = all().map(|(_, x)| *x).fold(DVec3::INFINITY, DVec3::min);
-    let high = all().map(|(_, x)| *x).fold(DVec3::NEG_INFINITY, DVec3::max);
-    let (mut found, mut lists) = (Vec::new(), Vec::new());
+    let all = || of(others).map(|(_, x)| x);
+    let (low, high) = (
+        all().fold(DVec3::INFINITY, DVec3::min),
+        all().fold(DVec3::NEG_INFINITY, DVec3::max),
+    );
     if !(low.is_finite() && high.is_finite()) {
-        return (found, lists);
+        return Vec::new();
     }
     let side = far
         .max((high - low).max_element() * 1e-9)
@@ -89,148 +56,82 @@ pub(super) fn candidates(
     // With an empty one between the last and the first if there is room, and three that differ around each.
     let [nx, ny, nz] = cell(high).map(|last| (last + 2).clamp(3, MOST_CELLS));
     let mut starts = vec![0_usize; nx * ny * nz + 1];
-    let number = |[i, j, k]: [usize; 3]| ((k % nz) * ny + j % ny) * nx + i % nx;
-    for (_, x) in all() {
-        starts[number(cell(*x)) + 1] += 1;
+    let at = |[i, j, k]: [usize; 3]| (k * ny + j) * nx + i;
+    let number = |x| {
+        let [i, j, k] = cell(x);
+        at([i % nx, j % ny, k % nz])
+    };
+    for x in all() {
+        starts[number(x) + 1] += 1;
     }
     for c in 1..starts.len() {
         starts[c] += starts[c - 1];
     }
     // In the order of cells, so that memory is read in order.
-    let (mut next, mut members) = (starts.clone(), vec![(DVec3::ZERO, 0); points.len()]);
-    for (point, x) in all() {
-        let at = &mut next[number(cell(*x))];
-        members[*at] = (*x, point);
-        *at += 1;
+    let (mut next, mut members) = (starts.clone(), vec![(DVec3::ZERO, 0); places.len()]);
+    for (sample, x) in of(others) {
+        let place = &mut next[number(x)];
+        members[*place] = (x, sample);
+        *place += 1;
     }
     let (starts, members) = (&starts, &members);
-    let around = |c: usize, n: usize| [c + n - 1, c, c + 1];
-    // Appends what a point meets; how many.
-    let meet = |met: &mut Vec<u32>, point: u32, x: DVec3| {
-        let ([i, j, k], begin) = (cell(x), met.len());
-        for c in around(k, nz) {
-            for b in around(j, ny) {
-                for a in around(i, nx) {
-                    let cell = number([a, b, c]);
-                    for &(y, other) in &members[starts[cell]..starts[cell + 1]] {
-                        if other != point && meets(point, other, x.distance_squared(y)) {
-                            met.push(other);
-                        }
-                    }
+    let around = |c: usize, n: usize| [n - 1, 0, 1].map(|by| (c % n + by) % n);
+    let meet = |(point, x): (u32, DVec3)| {
+        let ([i, j, k], mut met) = (cell(x), Vec::new());
+        let (i, j, k) = (around(i, nx), around(j, ny), around(k, nz));
+        for cell in (0..27).map(|n| at([i[n % 3], j[n / 3 % 3], k[n / 9]])) {
+            for &(y, other) in &members[starts[cell]..starts[cell + 1]] {
+                let square = x.distance_squared(y);
+                if other != point && square < far * far && meets(point, other, square) {
+                    met.push(other);
                 }
             }
         }
-        met[begin..].sort_unstable();
-        met.len() - begin
+        met.sort_unstable();
+        (point, met)
     };
-    let open: Vec<(u32, &DVec3)> = all().collect();
-    let task = |points: &[(u32, &DVec3)]| {
-        let mut met = Vec::new();
-        let count = |(point, x): &(u32, &DVec3)| (*point, meet(&mut met, *point, **x));
-        let counts: Vec<(u32, usize)> = points.iter().map(count).collect();
-        (counts, met)
-    };
-    let tasks: Vec<_> = open.par_chunks(CHUNK).map(task).collect();
-    for (counts, met) in tasks {
-        let mut end = lists.len();
-        lists.extend(met);
-        for (point, count) in counts.into_iter().filter(|(_, count)| *count > 0) {
-            found.push((point, [index(end), index(end + count)]));
-            end += count;
-        }
-    }
-    (found, lists)
+    let points: Vec<_> = of(points).collect();
+    let met = points.into_par_iter().with_min_len(CHUNK).map(meet);
+    met.filter(|(_, met)| !met.is_empty()).collect()
 }
 
 impl DeformableContact {
-    /// Makes lists of pairs again if samples have moved too far since the last, apart from the common motion of a free piece
-    /// far from all others (`pieces` as in [`super::Moved`], empty: none is free); whether it did. [`Self::add_forces`] does so by
-    /// itself.
-    pub fn update_lists(&mut self, positions: &[DVec3], pieces: &[u32]) -> bool {
+    /// Makes lists of pairs again if samples could have come nearer to each other than these allow; whether it did.
+    /// [`Self::add_forces`] does so by itself.
+    pub fn update_lists(&mut self, positions: &[DVec3]) -> bool {
         let stays = |from: &[DVec3], room: f64| {
-            let room = room / self.amplification;
             let stays = |(a, b): (&DVec3, &DVec3)| a.distance_squared(*b) < room * room;
             from.len() == positions.len() && positions.iter().zip(from).all(stays)
         };
-        // Not after samples have changed.
         if self.state.listed_at.len() == positions.len() {
-            if stays(&self.state.listed_at, 0.5 * self.margin())
-                || stays(&self.held_at, self.held_for)
-            {
+            if stays(&self.state.held_at, self.state.held_for) {
                 return false;
             }
-            self.held_for = self.room_left(positions, pieces);
-            if self.held_for >= 0.0 {
-                self.held_at.clear();
-                self.held_at.extend_from_slice(positions);
+            let from = (&self.disks, &self.state.listed_at[..]);
+            let may_meet = |a, b| self.between_bodies(a, b).is_some();
+            let lists = (self.margin(), self.far(), may_meet);
+            self.state.held_for = self.blocks.room_left(from, positions, lists);
+            if self.state.held_for >= 0.0 {
+                self.state.held_at.clear();
+                self.state.held_at.extend_from_slice(positions);
                 return false;
             }
         }
         self.state.listed_at.clear();
         self.state.listed_at.extend_from_slice(positions);
-        self.rebuilds += 1;
-        self.list_pairs();
+        self.state.held_at.clear();
+        self.list_pairs(None);
         true
     }
 
-    /// How far (m) samples may move before two could have come nearer to each other than lists allow; negative if they could
-    /// have by now: those of a piece by how far they moved otherwise than all of it, those of two pieces by their motions, too,
-    /// unless the pieces are apart.
-    fn room_left(&self, positions: &[DVec3], pieces: &[u32]) -> f64 {
-        let (margin, far) = (self.margin(), self.fars().into_iter().fold(0.0, f64::max));
-        let of = |sample: usize| {
-            let first = self.disks.row(sample).start;
-            let piece = pieces.get(self.disks.nodes[first] as usize);
-            piece.map_or(0, |piece| piece.wrapping_add(1) as usize)
-        };
-        let moves = |(sample, place): (usize, &DVec3)| {
-            (of(sample), self.disks.gather(sample, positions).0 - *place)
-        };
-        let moves: Vec<(usize, DVec3)> = self.places.iter().enumerate().map(moves).collect();
-        let count = moves.iter().map(|(piece, _)| piece + 1).max().unwrap_or(0);
-        let mut parts = vec![Part::default(); count];
-        for ((piece, by), place) in moves.iter().zip(&self.places) {
-            parts[*piece].add(*place, *by);
+    /// Distance (m) from which on a point and a disk's row do not meet whose thicknesses (m) have a sum.
+    fn far(&self) -> impl Fn(f64) -> f64 + use<> {
+        let reach = most(&self.disks.reach);
+        let (widest, margin) = (self.widest(), self.margin());
+        move |thickness| {
+            let apart = DEEPEST * widest + thickness;
+            (reach * reach + apart * apart).sqrt() + margin
         }
-        for (piece, part) in parts.iter_mut().enumerate() {
-            // What is held drifts nowhere, nor does a piece without samples.
-            part.drift *= if piece == 0 {
-                0.0
-            } else {
-                part.count.max(1.0).recip()
-            };
-        }
-        for (piece, by) in &moves {
-            let part = &mut parts[*piece];
-            part.off = part.off.max(by.distance(part.drift));
-        }
-        // Samples that move by 1 change what is off by 2, as the drift may be 1 against them.
-        let mut room = f64::INFINITY;
-        for (k, a) in parts.iter().enumerate() {
-            room = room.min((0.5 * margin - a.off) / 2.0);
-            for b in &parts[..k] {
-                let left = (margin - a.off - b.off - a.drift.distance(b.drift)) / 6.0;
-                let is_apart = left < 0.0 && a.is_apart(b, far);
-                room = room.min(if is_apart { 0.0 } else { left });
-            }
-        }
-        room
-    }
-
-    /// Distance (m) of the rows of a point and a disk beyond which they do not meet.
-    fn far(&self, disk: usize, (widest, thickness): (f64, f64)) -> f64 {
-        let apart = DEEPEST * widest + thickness.abs() + self.disks.thickness[disk].abs();
-        self.disks.reach[disk].hypot(apart) + self.margin * widest
-    }
-
-    /// The same of each disk and any point.
-    fn fars(&self) -> Vec<f64> {
-        let thickness = self.disks.thickness.iter();
-        let thickest = thickness.fold(0.0, |most: f64, x| most.max(x.abs()));
-        let any = (self.widest(), thickest);
-        (0..self.disks.len())
-            .map(|disk| self.far(disk, any))
-            .collect()
     }
 
     /// Sees to it that close lists name all pairs that may act: a sample that has moved by half of [`CLOSE_MARGIN`] or turned by
@@ -318,9 +219,8 @@ impl DeformableContact {
         }
         let [a, b] = q.solve([q.t[0].dot(arm), q.t[1].dot(arm)]);
         let foot = (a * a + b * b).sqrt();
-        // The inverse of the disk's smallest stretch; feet on one that is all but flat may be anywhere.
-        let [aa, ab, bb] = q.inverse;
-        let steep = (0.5 * (aa + bb) + (0.25 * (aa - bb).powi(2) + ab * ab).sqrt()).sqrt();
+        // Feet on a disk that is all but flat may be anywhere.
+        let steep = q.steep();
         let turned = 1.5 * TURN * steep;
         let feet = 2.0 * room * steep + turned * (foot + raw.abs() * steep);
         turned > 0.5 || foot < q.reach + feet / (1.0 - turned)
@@ -335,54 +235,77 @@ impl DeformableContact {
         self.margin * self.widest()
     }
 
-    /// Lists pairs as nodes were at [`DeformableState::listed_at`].
-    pub(super) fn list_pairs(&mut self) {
+    /// Lists pairs as nodes were at [`super::DeformableState::listed_at`]: all, or those of samples that have `changed`.
+    pub(super) fn list_pairs(&mut self, changed: Option<&[bool]>) {
         let positions = &self.state.listed_at;
-        let all = 0..if positions.is_empty() {
+        let all = if positions.is_empty() {
             0
         } else {
             self.disks.len()
         };
-        self.places.clear();
-        self.places
-            .extend(all.map(|s| self.disks.gather(s, positions).0));
-        let (places, samples) = (&self.places, &self.disks.samples);
+        let place = |sample| self.disks.gather(sample, positions).0;
+        let places: Vec<DVec3> = (0..all).into_par_iter().map(place).collect();
+        let (far, widest, margin) = (self.far(), self.widest(), self.margin());
+        let samples = &self.disks.samples;
         let bodies = self.frictions.len().isqrt();
-        let (fars, widest) = (self.fars(), self.widest());
-        let far = fars.iter().copied().fold(0.0, f64::max);
-        let mut boxes = vec![(DVec3::INFINITY, DVec3::NEG_INFINITY); bodies];
-        for (sample, place) in samples.iter().zip(places) {
-            let (low, high) = &mut boxes[sample.body as usize];
-            (*low, *high) = (low.min(*place), high.max(*place));
-        }
-        let allowed = |a: u32, b: u32| self.frictions[a as usize * bodies + b as usize].is_some();
-        // Samples that lie near to another body, or touch their own.
-        let is_open = |(sample, place): (&DiskSample, &DVec3)| {
-            let mut others = (0_u32..).zip(&boxes);
-            sample.area > 0.0
-                && others.any(|(body, (low, high))| {
-                    allowed(sample.body, body)
-                        && (body == sample.body
-                            || place.cmpge(*low - far).all() && place.cmple(*high + far).all())
-                })
-        };
-        let open: Vec<bool> = samples.iter().zip(places).map(is_open).collect();
         let meets = |p: u32, q: u32, distance_squared: f64| {
-            let far = fars[q as usize];
-            if distance_squared >= far * far {
+            let (point, disk) = (p as usize, q as usize);
+            let (a, b) = (&samples[point], &samples[disk]);
+            let reach = self.disks.reach[disk];
+            let allowed = self.frictions[a.body as usize * bodies + b.body as usize];
+            if reach == 0.0 || allowed.is_none() || a.body == b.body && are_neighbors(a, b) {
                 return false;
             }
-            let point = (widest, self.disks.thickness[p as usize]);
-            let (a, b) = (&samples[p as usize], &samples[q as usize]);
-            self.disks.reach[q as usize] > 0.0
-                && allowed(a.body, b.body)
-                && (a.body != b.body
-                    || !are_neighbors(a, b) && (a.flank || !self.disks.share_nodes(p, q)))
-                && distance_squared < self.far(q as usize, point).powi(2)
+            let thickness = self.disks.thickness[point].abs() + self.disks.thickness[disk].abs();
+            let beyond = (distance_squared.sqrt() - margin).max(0.0);
+            beyond * beyond < reach * reach + (DEEPEST * widest + thickness).powi(2)
+                && (a.body != b.body || a.flank || !self.disks.share_nodes(p, q))
         };
-        (self.points, self.lists) = candidates(places, &open, far, meets);
+        let is_new = |sample: u32| changed.is_none_or(|changed| changed[sample as usize]);
+        let farthest = far(2.0 * most(&self.disks.thickness));
+        let thin = THIN * widest;
+        let is_first = |sample: usize| match changed {
+            Some(changed) => changed[sample],
+            None => self.disks.thickness[sample].abs() > thin,
+        };
+        let which = |first: bool| -> Vec<bool> {
+            let open = |sample: usize| samples[sample].area > 0.0 && is_first(sample) == first;
+            (0..all).map(open).collect()
+        };
+        let (first, others) = (which(true), which(false));
+        let search = |pair: [&[bool]; 2], far: f64| candidates(&places, pair, far, meets);
+        let mut found = search([&first, &first], farthest);
+        found.extend(search([&first, &others], farthest));
+        found.extend(search([&others, &first], farthest));
+        if changed.is_none() {
+            found.extend(search([&others, &others], far(2.0 * thin)));
+        }
+        let blocks = Blocks::new(&self.disks, places, positions, widest);
+        let mut of = vec![Vec::new(); self.disks.len()];
+        // Of lists of before what is between others.
+        for (slot, range) in &self.points {
+            let point = self.near[*slot as usize];
+            let list = self
+                .listed(range)
+                .iter()
+                .map(|slot| self.near[*slot as usize]);
+            of[point as usize].extend(list.filter(|other| !is_new(point) && !is_new(*other)));
+        }
+        for (point, met) in found {
+            of[point as usize].extend(met);
+        }
+        self.points.clear();
+        self.lists.clear();
+        for (point, mut list) in (0..).zip(of).filter(|(_, list)| !list.is_empty()) {
+            list.sort_unstable();
+            let begin = self.lists.len();
+            self.lists.extend(list);
+            self.points
+                .push((point, [begin, self.lists.len()].map(index)));
+        }
+        self.blocks = blocks;
+        self.rebuilds += 1;
         self.close_at.clear();
-        self.held_at.clear();
         let mut slots = vec![u32::MAX; samples.len()];
         let named = || self.points.iter().map(|(point, _)| point);
         for &sample in named().chain(&self.lists) {
@@ -399,6 +322,10 @@ impl DeformableContact {
             *sample = slots[*sample as usize];
         }
     }
+}
+
+fn most(lengths: &[f64]) -> f64 {
+    lengths.iter().fold(0.0, |most, x| most.max(x.abs()))
 }
 
 /// Whether two samples of a body are joined by tissue at rest: they are near, and do not face each other across a gap.

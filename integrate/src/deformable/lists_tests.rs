@@ -2,7 +2,7 @@ use super::super::tests::{is_upper, pressed, sheets};
 use super::super::{ContactDisks, DeformableContact, DeformableSettings};
 use super::candidates;
 use crate::DiskSample;
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use proptest::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use testkit::cloud::{Random, uniform};
@@ -37,7 +37,7 @@ fn feather_edges_touch_nothing() {
         }
         let settings = DeformableSettings::default();
         let mut contact = DeformableContact::new(disks, settings, 1, |_, _| Some(0.0));
-        contact.update_lists(&rest, &[]);
+        contact.update_lists(&rest);
         contact.listed_pairs()
     };
     assert_eq!(pair([true, true], 0.0, 0), 2, "the flanks of a cut");
@@ -57,7 +57,7 @@ fn cells_find_all_and_a_fallen_piece_costs_nothing() {
         let open: Vec<bool> = (0..points.len()).map(|n| n % 7 != 0).collect();
         let meets = |a: u32, b: u32| points[a as usize].distance(points[b as usize]) < 0.3;
         let count = AtomicUsize::new(0);
-        let (found, lists) = candidates(&points, &open, 0.3, |a, b, _| {
+        let found = candidates(&points, [&open, &open], 0.3, |a, b, _| {
             count.fetch_add(1, Ordering::Relaxed);
             meets(a, b)
         });
@@ -68,11 +68,9 @@ fn cells_find_all_and_a_fallen_piece_costs_nothing() {
             let others: Vec<u32> = (all.iter().copied())
                 .filter(|&b| a != b && meets(a, b))
                 .collect();
-            let range = found.next_if(|(point, _)| *point == a);
-            let listed = range.map_or(&[][..], |(_, [from, to])| {
-                &lists[from as usize..to as usize]
-            });
-            assert_eq!(listed, others, "of {a}, fallen by {fall}");
+            let met = found.next_if(|(point, _)| *point == a);
+            let met = met.map_or(Vec::new(), |(_, met)| met);
+            assert_eq!(met, others, "of {a}, fallen by {fall}");
         }
         assert!(found.next().is_none());
         asked.push(count.into_inner());
@@ -81,14 +79,23 @@ fn cells_find_all_and_a_fallen_piece_costs_nothing() {
     assert!(asked.iter().all(|asked| *asked < 2 * first), "{asked:?}");
 }
 
+/// What moves and turns as a whole is not listed anew.
+#[test]
+fn what_turns_together_is_listed_once() {
+    let (mut contact, rest) = sheets(0.0, 5);
+    for step in 0..60 {
+        let turn = DQuat::from_scaled_axis(DVec3::new(0.3, 0.8, 0.2) * 0.006 * f64::from(step));
+        let by = DVec3::X * f64::from(step);
+        contact.update_lists(&rest.iter().map(|x| turn * *x + by).collect::<Vec<_>>());
+    }
+    assert_eq!(contact.rebuilds(), 1);
+}
+
 /// A piece that goes off alone is not listed anew until it comes back, and then all pairs are there.
 #[test]
 fn what_is_apart_is_listed_once() {
     let (contact, rest) = sheets(0.0, 5);
-    let (all, half) = (rest.len(), rest.len() / 2);
-    let pieces: Vec<u32> = (0..all)
-        .map(|n| if n < half { u32::MAX } else { 0 })
-        .collect();
+    let half = rest.len() / 2;
     let mut random = Random::new(8);
     let shaken: Vec<DVec3> = rest.iter().map(|x| *x + random.vector(0.02)).collect();
     let at = |z: f64| -> Vec<DVec3> {
@@ -103,14 +110,14 @@ fn what_is_apart_is_listed_once() {
     {
         for height in heights {
             let x = at(0.3 * f64::from(height) - 0.05);
-            contact.update_lists(&x, &pieces);
+            contact.update_lists(&x);
             if height == 39 {
                 begun[way] = contact.rebuilds();
             }
             let mut brute = contact.clone();
             brute.state.listed_at.clear();
             brute.margin = 1e3;
-            brute.update_lists(&x, &[]);
+            brute.update_lists(&x);
             let near = |contact: &DeformableContact| {
                 let mut found = Vec::new();
                 contact.each_point(&contact.place(&x), false, |point, pairs| {
@@ -132,18 +139,52 @@ fn what_is_apart_is_listed_once() {
     );
 }
 
-/// Samples that were changed are listed anew, even where lists of those before were just found to hold.
+/// Lists after some samples were changed are those of all, made where the others were listed.
 #[test]
-fn changed_samples_are_listed_anew() {
+fn changed_samples_alone_are_listed_anew() {
     let (mut contact, rest) = sheets(0.0, 5);
-    contact.update_lists(&rest, &[]);
+    contact.update_lists(&rest);
     let x: Vec<DVec3> = rest.iter().map(|x| *x + DVec3::X * 0.37).collect();
-    assert!(!contact.update_lists(&x, &[]), "they hold");
-    assert_eq!(contact.held_at, x, "by what all samples did");
-    let before = contact.rebuilds();
-    let disks = contact.take_disks(&x);
-    contact.set_disks(disks, &x);
-    assert_eq!(contact.rebuilds(), before + 1);
+    assert!(
+        !contact.update_lists(&x),
+        "they hold, as all nodes did the same"
+    );
+    let mut random = Random::new(3);
+    let mut disks = contact.take_disks(&x);
+    let changed: Vec<usize> = (0..disks.len()).step_by(7).collect();
+    for &at in &changed {
+        let sample = disks.samples[at];
+        let nodes = disks.nodes[disks.row(at)].to_vec();
+        let position = sample.position + random.vector(0.3);
+        let area = if at % 2 == 0 { 0.0 } else { sample.area };
+        disks.set(
+            at,
+            DiskSample {
+                position,
+                area,
+                ..sample
+            },
+            &nodes,
+            &rest,
+        );
+    }
+    for at in [3, 40, 77] {
+        let nodes = disks.nodes[disks.row(at)].to_vec();
+        disks.push(disks.samples[at], &nodes, &rest);
+    }
+    contact.set_disks(disks, &changed, &x);
+    let parts = |contact: &DeformableContact| {
+        (
+            contact.points.clone(),
+            contact.lists.clone(),
+            contact.near.clone(),
+        )
+    };
+    let (found, pairs) = (parts(&contact), contact.listed_pairs());
+    contact.list_pairs(None);
+    assert_eq!(found, parts(&contact));
+    assert!(pairs > 400, "{pairs}");
+    assert_eq!(contact.state.listed_at, rest);
 }
 
 /// Surfaces that lie outside their rows are listed before they meet, and those a spacing off are in no contact.
@@ -183,11 +224,11 @@ fn membranes_that_come_near_are_listed_before_they_meet() {
             let down = DVec3::Z * (-0.01 * f64::from(height));
             let lower = |(n, x): (usize, &DVec3)| *x + if n < 16 { DVec3::ZERO } else { down };
             let x: Vec<DVec3> = rest.iter().enumerate().map(lower).collect();
-            contact.update_lists(&x, &[]);
+            contact.update_lists(&x);
             let mut brute = contact.clone();
             brute.state.listed_at.clear();
             brute.margin = 1e3;
-            brute.update_lists(&x, &[]);
+            brute.update_lists(&x);
             let count = |contact: &DeformableContact| {
                 let mut pairs = 0;
                 contact.each_point(&contact.place(&x), false, |_, met| pairs += met.len());
@@ -220,7 +261,7 @@ proptest! {
             let of = |n: usize| if is_upper(n, all) { 2.0 * share } else { 2.0 * share - 1.0 };
             let at = |n: usize| from[n] + by[n] * of(n).clamp(0.0, 1.0);
             let x: Vec<DVec3> = (0..all).map(at).collect();
-            contact.update_lists(&x, &[]);
+            contact.update_lists(&x);
             let placed = contact.place(&x);
             let before = contact.close_at.clone();
             contact.update_close(&placed);

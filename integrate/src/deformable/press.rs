@@ -165,7 +165,8 @@ impl DeformableContact {
                 let [point, other] = [point, slot].map(|slot| self.near[slot as usize]);
                 let stiffness = self.stiffness(point, other);
                 let friction = if self.rubs {
-                    self.friction(point, other)
+                    let bodies = [point, other].map(|s| self.disks.samples[s as usize].body);
+                    self.between_bodies(bodies[0], bodies[1]).unwrap_or(0.0)
                 } else {
                     0.0
                 };

@@ -8,7 +8,7 @@ use crate::watch;
 
 const SCENE: &str = include_str!("kept.ron");
 
-const MAGIC: usize = b"phyxel checkpoint 9\n".len();
+const MAGIC: usize = b"phyxel checkpoint 10\n".len();
 
 /// A checkpoint to damage.
 pub(crate) struct Kept(Vec<u8>);
