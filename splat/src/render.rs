@@ -34,6 +34,9 @@ use crate::render::shade::{Lights, Transfer};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
+/// Cosine between the line of sight and the normal of a splat that is seen from behind, but for those near an outline.
+const AWAY: f64 = 0.3;
+
 /// Draws frames; keeps tables and buffers between frames.
 ///
 /// # Examples
@@ -122,13 +125,13 @@ impl Renderer {
         let mut behind = std::mem::take(&mut self.behind);
         let mut tiles = std::mem::take(&mut self.tiles);
         let contribution = |i: usize| self.contribution(view, i);
-        let project = |facing, chunks: &mut Vec<Chunk>| {
+        let project = |facing: Facing, chunks: &mut Vec<Chunk>| {
             project(view, camera, &raster, facing, &contribution, chunks);
         };
-        project(Facing::Viewer, &mut chunks);
+        project(|cosine| cosine < 0.0, &mut chunks);
         let inside = view.inside.filter(|_| raster.mode == DrawMode::ThreePass);
         match inside {
-            Some(_) => project(Facing::Away, &mut behind),
+            Some(_) => project(|cosine| cosine > AWAY, &mut behind),
             None => behind.clear(),
         }
         let (triangles, lit) = screen_triangles(meshes, camera, &raster);

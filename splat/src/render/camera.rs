@@ -162,7 +162,6 @@ impl Camera {
     }
 
     /// World to camera axes: image right, image **down**, forward.
-    #[must_use]
     pub(crate) fn axes(&self) -> DMat3 {
         DMat3::from_cols(self.right, -self.up, self.forward).transpose()
     }

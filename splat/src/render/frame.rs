@@ -81,12 +81,10 @@ impl Frame {
         let mut bytes = vec![0; 4 * index(width) * index(height)];
         reader.next_frame(&mut bytes)?;
         let (pixels, _) = bytes.as_chunks::<4>();
+        let pixels = pixels.to_vec();
         Ok(Self {
-            width,
-            height,
-            pixels: pixels.to_vec(),
-            depth: vec![f32::INFINITY; pixels.len()],
-            normals: Vec::new(),
+            pixels,
+            ..Self::blank(width, height)
         })
     }
 

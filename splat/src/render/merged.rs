@@ -38,26 +38,24 @@ impl MergedSplats {
             all.materials.extend(shifted);
             all.texture_points.extend(view.texture_points);
             all.texture_normals.extend(view.texture_normals);
-            if !view.places.is_empty() || !all.places.is_empty() {
-                // Of the bodies before, and where this one has no more.
-                all.places.resize(all.colors.len(), None);
-                let shifted = |place: TexturePlace| TexturePlace {
-                    image: first_image.saturating_add(place.image),
-                    ..place
-                };
-                let places = view.places.iter().map(|place| place.map(shifted));
-                all.places.extend(places);
-                all.places
-                    .resize(all.colors.len() + view.colors.len(), None);
-            }
+            let shifted = |place: TexturePlace| TexturePlace {
+                image: first_image.saturating_add(place.image),
+                ..place
+            };
+            let places = view.places.iter().map(|place| place.map(shifted));
+            all.places.extend(places);
             all.splats.extend(view.splats);
             all.colors.extend(view.colors);
+            all.places.resize(all.colors.len(), None);
             all.clips.extend_from_slice(view.clips);
             all.radii.extend(view.radii);
             all.inside = all.inside.or(view.inside);
             let capped = |count: usize| u16::try_from(count).unwrap_or(u16::MAX);
             first_material = first_material.saturating_add(capped(surfaces));
             first_image = first_image.saturating_add(capped(images));
+        }
+        if all.places.iter().all(Option::is_none) {
+            all.places.clear();
         }
         all
     }

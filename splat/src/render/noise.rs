@@ -15,22 +15,9 @@ fn hash(x: i32, y: i32, z: i32) -> u32 {
     h ^ (h >> 15)
 }
 
-/// Dot product with one of twelve gradients, the edge directions of a cube.
+/// One of twelve gradients, the edge directions of a cube.
 #[inline]
-fn gradient(hash: u32, d: Vec3) -> f32 {
-    let (a, b) = match hash & 3 {
-        0 => (d.x, d.y),
-        1 => (d.y, d.z),
-        _ => (d.z, d.x),
-    };
-    let a = if hash & 4 == 0 { a } else { -a };
-    let b = if hash & 8 == 0 { b } else { -b };
-    a + b
-}
-
-/// Slope of a lattice gradient: the vector whose product with d [`gradient`] gives.
-#[inline]
-fn slope(hash: u32) -> Vec3 {
+fn gradient(hash: u32) -> Vec3 {
     let a = if hash & 4 == 0 { 1.0 } else { -1.0 };
     let b = if hash & 8 == 0 { 1.0 } else { -1.0 };
     match hash & 3 {
@@ -56,13 +43,12 @@ fn cell(p: Vec3) -> ([i32; 3], Vec3) {
 
 /// About the gradient of that noise: the lattice gradients, smoothly interpolated. Cheaper
 /// than the gradient and as continuous; what a relief needs.
-#[must_use]
 pub(crate) fn slope_noise(p: Vec3) -> Vec3 {
     let ([x, y, z], f) = cell(p);
     let s = f * f * (Vec3::splat(3.0) - 2.0 * f);
     let corner = |dx: i32, dy: i32, dz: i32| {
         let h = hash(x.wrapping_add(dx), y.wrapping_add(dy), z.wrapping_add(dz));
-        slope(h)
+        gradient(h)
     };
     let edge = |dy: i32, dz: i32| corner(0, dy, dz).lerp(corner(1, dy, dz), s.x);
     let near = edge(0, 0).lerp(edge(1, 0), s.y);
@@ -73,13 +59,12 @@ pub(crate) fn slope_noise(p: Vec3) -> Vec3 {
 /// Gradient noise at a point, lattice cell 1: smooth, mean 0, within about ±1.
 ///
 /// Zero at lattice points, twice continuously differentiable, same everywhere and always.
-#[must_use]
 pub(crate) fn gradient_noise(p: Vec3) -> f32 {
     let ([x, y, z], f) = cell(p);
     let s = f * f * f * (f * (f * 6.0 - 15.0) + 10.0);
     let corner = |dx: i32, dy: i32, dz: i32, d: Vec3| {
         let h = hash(x.wrapping_add(dx), y.wrapping_add(dy), z.wrapping_add(dz));
-        gradient(h, f - d)
+        gradient(h).dot(f - d)
     };
     let mix = |a: f32, b: f32, t: f32| a + (b - a) * t;
     let edge = |dy: i32, dz: i32, y: f32, z: f32| {

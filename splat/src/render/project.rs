@@ -109,26 +109,8 @@ pub(crate) struct Raster {
     pub(crate) tolerance: f64,
 }
 
-/// Which splats are projected.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Facing {
-    Viewer,
-    /// Those seen from behind, but for the ones near an outline.
-    Away,
-}
-
-/// Cosine between the line of sight and the normal of a splat that faces well away.
-const AWAY: f64 = 0.3;
-
-impl Facing {
-    /// Whether a splat with its normal at this cosine to the line of sight is projected; false for NaN.
-    fn takes(self, cosine: f64) -> bool {
-        match self {
-            Self::Viewer => cosine < 0.0,
-            Self::Away => cosine > AWAY,
-        }
-    }
-}
+/// Whether a splat is projected whose normal is at this cosine to the line of sight; false for NaN.
+pub(crate) type Facing = fn(f64) -> bool;
 
 /// Projects and bins the splats that face as asked, with what each adds to samples by `contribution`; `chunks` are
 /// overwritten.
@@ -171,7 +153,7 @@ fn project_one(
         Lens::Perspective { .. } => normal.dot(arm) / arm.length(),
         Lens::Orthographic { .. } => normal.dot(camera.forward),
     };
-    if !facing.takes(cosine) {
+    if !facing(cosine) {
         return;
     }
     let axes = *axes;

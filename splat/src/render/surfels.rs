@@ -117,19 +117,14 @@ impl Surfels {
 
     /// Appends a copy of a surfel.
     pub(crate) fn push_copy(&mut self, of: usize) {
-        self.push(
-            self.positions[of],
-            self.normals[of],
-            self.areas[of],
-            self.radii[of],
-            self.materials[of],
-        );
-        if let Some(last) = self.shapes.len().checked_sub(1) {
-            self.shapes[last] = self.shapes[of];
-            if let Some(&place) = self.places.get(of) {
-                self.places[last] = place;
-            }
-        }
+        self.positions.push(self.positions[of]);
+        self.normals.push(self.normals[of]);
+        self.areas.push(self.areas[of]);
+        self.radii.push(self.radii[of]);
+        self.shapes.push(self.shapes[of]);
+        self.materials.push(self.materials[of]);
+        let place = self.places.get(of).copied();
+        self.places.extend(place);
     }
 
     /// The tangent frame of a surfel: two unit vectors that make a right-handed frame with the

@@ -1,6 +1,6 @@
 //! Pictures against exact ones: no holes, true silhouettes, crisp rims; bitwise identical on any thread
 //! count.
-use crate::oracle::{Shape, box_distance, compare, ray};
+use crate::oracle::{Shape, box_distance, compare, ray, trace};
 use glam::{DMat2, DMat3, DVec2, DVec3, Vec3};
 use phyxel_splat::{
     Camera, DrawMode, DrawnMesh, Frame, Image, ImageCoat, Lens, RenderSettings, Renderer,
@@ -207,18 +207,9 @@ fn strays_and_holes(frame: &Frame, camera: &Camera, gap: f64) -> (usize, usize) 
     let mut exact = vec![f64::INFINITY; 4 * w * h];
     for (k, depth) in exact.iter_mut().enumerate() {
         let at = ((k % wide) as f64 + 0.5, (k / wide) as f64 + 0.5);
-        let (_, ray) = ray(camera, (wide as f64, 2.0 * h as f64), at);
-        let mut t = 0.0;
-        for _ in 0..400 {
-            let d = halves(camera.eye + ray * t, gap);
-            t += d;
-            if d < 1e-7 {
-                *depth = (ray * t).dot(camera.forward);
-                break;
-            }
-            if t > 50.0 {
-                break;
-            }
+        let (from, along) = ray(camera, (wide as f64, 2.0 * h as f64), at);
+        if let Some(t) = trace(|p| halves(p, gap), from, along) {
+            *depth = (along * t).dot(camera.forward);
         }
     }
     let (mut strays, mut holes) = (0, 0);

@@ -5,6 +5,22 @@ use phyxel_splat::{Camera, Frame, Lens};
 use std::f64::consts::{PI, TAU};
 use testkit::cloud::golden_sphere;
 
+/// Distance along a ray to where a signed distance is 0: sphere tracing, to 1e-9.
+pub(crate) fn trace(distance: impl Fn(DVec3) -> f64, from: DVec3, direction: DVec3) -> Option<f64> {
+    let mut t = 0.0;
+    for _ in 0..2000 {
+        let d = distance(from + direction * t);
+        if d < 1e-9 {
+            return Some(t);
+        }
+        t += d;
+        if t > 1e3 {
+            return None;
+        }
+    }
+    Some(t)
+}
+
 /// Surfel positions, normals and areas.
 pub(crate) type Samples = (Vec<DVec3>, Vec<DVec3>, Vec<f64>);
 
@@ -57,22 +73,6 @@ impl Shape {
                 DVec3::AXES[axis] * p[axis].signum()
             }
         }
-    }
-
-    /// Distance along a ray to the surface: sphere tracing by the exact distance, to 1e-9.
-    pub(crate) fn hit(self, from: DVec3, direction: DVec3) -> Option<f64> {
-        let mut t = 0.0;
-        for _ in 0..2000 {
-            let d = self.distance(from + direction * t);
-            if d < 1e-9 {
-                return Some(t);
-            }
-            t += d;
-            if t > 1e3 {
-                return None;
-            }
-        }
-        Some(t)
     }
 
     /// About `n` evenly spread surfels.
@@ -175,7 +175,7 @@ pub(crate) fn compare(shape: Shape, camera: &Camera, frame: &Frame) -> Differenc
         for x in 0..w {
             let at = (x as f64 + 0.5, y as f64 + 0.5);
             let (from, along) = ray(camera, (w as f64, h as f64), at);
-            exact[y * w + x] = shape.hit(from, along).map(|t| {
+            exact[y * w + x] = trace(|p| shape.distance(p), from, along).map(|t| {
                 let at = from + along * t;
                 ((at - camera.eye).dot(camera.forward), shape.normal(at))
             });
