@@ -8,7 +8,7 @@ use phyxel_integrate::{
     ContactDisks, DeformableContact, DeformableSettings, DeformableState, DiskSample, Moved,
     StepView,
 };
-use phyxel_splat::{BindSettings, CAPSULE, Tissue, TissueSettings};
+use phyxel_splat::{CAPSULE, Tissue, TissueSettings};
 
 use crate::Member;
 use crate::error::{BodyProblem, WorldError, in_body};
@@ -294,10 +294,7 @@ fn tissue_of(member: &Member) -> Result<Tissue, BodyProblem> {
     let count = (density * surface.area()).round().max(1.0) as usize;
     let samples = sample_surfels(&surface, count, Some(&body.solid));
     let settings = TissueSettings {
-        bind: BindSettings {
-            neighbors: NODES,
-            ..BindSettings::default()
-        },
+        neighbors: NODES,
         skin_density: Some(density),
         ..TissueSettings::default()
     };

@@ -3,7 +3,7 @@
 pub(crate) mod adapt;
 pub(crate) mod binding;
 mod border;
-pub(crate) mod carry;
+mod carry;
 pub(crate) mod drawn;
 mod eigen;
 mod geometry;
@@ -27,15 +27,15 @@ use crate::render::clip::Clip;
 use crate::render::scene::SplatView;
 use crate::render::splats::Splats;
 use crate::render::surfels::{Surfels, TexturePlace};
-use crate::tissue::binding::{BindSettings, Binding, Nodes, Query, View};
+use crate::tissue::binding::{Binding, Query, Row, Search, WeightLaw};
 use crate::tissue::border::Borders;
-use crate::tissue::carry::carry_into;
 use crate::tissue::memory::{map_bytes, tree_bytes};
 use crate::tissue::radii::{RadiusRule, shape_operators};
 use crate::tissue::skin::CutSampler;
 use crate::tissue::texture::CAPSULE;
 use crate::tissue::tree::{NodeTree, point_tree};
-use glam::{DMat3, DVec3, Vec3};
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 use renew::Renewal;
 use rstar::RTree;
 use std::collections::HashMap;
@@ -44,15 +44,18 @@ use std::sync::Arc;
 /// How a tissue is set up.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TissueSettings {
-    /// Nodes per surfel.
-    pub bind: BindSettings,
+    /// Nodes per surfel at most.
+    pub neighbors: usize,
+    /// How their weights fall with the distance.
+    pub weights: WeightLaw,
     /// Radii of the outer surface.
     pub radius: RadiusRule,
     /// Samples per m² of cut; `None` takes the outer surface's own (surfels over area).
     pub skin_density: Option<f64>,
     /// Distance by which the two sides of a cut are held apart in the rest frame (m).
     pub opening: f64,
-    /// Largest stretch a disk follows, see [`carry_into`].
+    /// A disk's axis never grows beyond this times its radius: an overstretched node near a cut would otherwise
+    /// throw a disk over the picture.
     pub max_stretch: f64,
     /// How it is decided whether a sample of a cut lies in the body.
     pub inside: InsideTest,
@@ -62,10 +65,11 @@ pub struct TissueSettings {
 }
 
 impl Default for TissueSettings {
-    /// Radii that just cover, skin as dense as the outside, no opening, stretches up to 3, clipped disks.
+    /// 8 nodes, weights of compact support, radii that just cover, skin as dense as the outside, no opening, stretches up to 3, clipped disks.
     fn default() -> Self {
         Self {
-            bind: BindSettings::default(),
+            neighbors: 8,
+            weights: WeightLaw::Compact,
             radius: RadiusRule::Covering,
             skin_density: None,
             opening: 0.0,
@@ -97,16 +101,13 @@ const BEHIND: f64 = 0.02;
 pub struct CutChange {
     /// All surfels whose disk, clip or nodes may be other than before, new ones included, ascending.
     pub surfels: Vec<u32>,
-    /// Samples on the new triangles, inside and outside the body.
-    pub samples: usize,
     /// Surfels of new skin (two per sample inside the body or at its rim).
     pub skin: usize,
     /// Surfels that the cut passes through and that were doubled, one for each side.
     pub doubled: usize,
     /// Surfels whose nodes were sought again.
     pub rebound: usize,
-    /// Surfels whose radius was computed: skin, new and old, and with radii that are measured again at cuts
-    /// ([`RadiusRule::Mapped`]) all that the cut touched.
+    /// Surfels of skin, new and old, whose radius was computed.
     pub resized: usize,
 }
 
@@ -184,9 +185,9 @@ impl Tissue {
             .skin_density
             .unwrap_or_else(|| n.max(1) as f64 / area.max(f64::MIN_POSITIVE));
         let node_tree = point_tree(rest_nodes);
-        let binding = Binding::empty(&settings.bind, rest_nodes.len());
+        let binding = Binding::empty(settings.neighbors, rest_nodes.len());
         let outer_tree = point_tree(&surfels.positions);
-        let renewal = Renewal::new(settings.radius, &surfels.positions, &outer_tree);
+        let renewal = Renewal::new(settings.radius, &surfels.positions);
         let clips = if settings.clip {
             rim::sharp_edges(&surfels, &outer_tree)
         } else {
@@ -240,7 +241,6 @@ impl Tissue {
             + size_of_val(&*self.triangles)
             + self.borders.bytes()
             + self.sampler.bytes()
-            + self.renewal.as_ref().map_or(0, Renewal::bytes)
     }
 
     /// Nodes of each surfel.
@@ -271,22 +271,6 @@ impl Tissue {
         self.surfels.places = places;
     }
 
-    /// Carries all surfels, see [`carry_into`].
-    ///
-    /// # Panics
-    /// If there is not one position and one gradient per node.
-    pub fn carry_into(&self, nodes: &[DVec3], gradients: &[DMat3], splats: &mut Splats) {
-        carry_into(
-            &self.surfels,
-            &self.binding,
-            &self.rest_nodes,
-            nodes,
-            gradients,
-            self.settings.max_stretch,
-            splats,
-        );
-    }
-
     /// What the renderer needs: carried splats and one linear colour per surfel.
     #[must_use]
     pub fn view<'a>(&'a self, splats: &'a Splats, colors: &'a [Vec3]) -> SplatView<'a> {
@@ -294,14 +278,6 @@ impl Tissue {
             clips: &self.clips,
             ..SplatView::new(splats, &self.surfels, colors)
         }
-    }
-
-    /// The inside test of Aras 2014, fig. 65: whether a rest point lies behind the tangent planes of both
-    /// outer surfels nearest to it, or of one at least where each of the two stands before the other's plane
-    /// (a concave rim). It errs off sharp edges and beside parts as thin as the surfels are apart.
-    #[must_use]
-    pub fn is_behind_surfels(&self, x: DVec3) -> bool {
-        rim::behind_two_nearest(&self.surfels, &self.outer_tree, x)
     }
 
     /// Takes in new triangles of a cut (rest frame): new skin on both sides, disks split and
@@ -312,8 +288,8 @@ impl Tissue {
     /// cut has, its disks reach on into the tissue that hides them. Its radii are those of
     /// [`crate::covering_radii`] within one sheet of skin, at most 1.3 spacings, computed again where
     /// samples are new. Radii of the outer surface stay: the parts of a split disk cover what it
-    /// covered. [`RadiusRule::Mapped`] may ask for another: then surfels whose neighbourhood the cut
-    /// changed, and the new skin, are measured again among those of their own side.
+    /// covered. [`RadiusRule::Mapped`] may ask for another: then all surfels are measured again among those of
+    /// their own side, which takes time in proportion to their number.
     ///
     /// `inside(x)` says whether a rest point lies in the uncut body; `crosses(a, b)` whether the
     /// segment a-b crosses the cut, all of it, the new triangles included. Triangles of one cut
@@ -333,9 +309,9 @@ impl Tissue {
             return Err(SurfelError::BadTriangle { triangle });
         }
         let mut change = CutChange::default();
-        let first_triangle = self.borders.triangle_count();
+        let first_triangle = count(self.borders.triangles.len());
         let turned = self.borders.extend(triangles);
-        let near = self.near(first_triangle..self.borders.triangle_count());
+        let near = self.near(first_triangle..count(self.borders.triangles.len()));
         let mut touched: Vec<u32> = Vec::new();
         let before_all = count(self.surfels.len());
         for (surfel, hits) in &near {
@@ -360,21 +336,15 @@ impl Tissue {
         change.rebound = touched.len();
         self.rebind(&touched, inside, crosses);
         let first = count(self.surfels.len());
-        let grown = self.grow_skin(triangles, first_triangle, inside);
-        change.samples = grown.samples;
-        change.skin = grown.skin;
-        change.resized = grown.resized.len();
+        let resized = self.grow_skin(triangles, first_triangle, inside, &mut change);
         let seen = near.iter().map(|(surfel, _)| surfel);
-        change.surfels = self.families(seen.chain(&grown.resized));
+        change.surfels = self.families(seen.chain(&resized));
         change.surfels.retain(|surfel| *surfel < before_all);
         change.surfels.extend(before_all..count(self.surfels.len()));
         let new: Vec<u32> = (first..count(self.surfels.len())).collect();
         self.rebind(&new, inside, crosses);
-        if self.renewal.is_some() {
-            let near = first_triangle..self.borders.triangle_count();
-            let renewed = self.renew_radii(near, before_all, crosses);
-            change.resized = renewed.len();
-            change.surfels.extend(renewed);
+        if let Some(renewal) = self.renewal {
+            change.surfels.extend(self.renew_radii(renewal, crosses));
             change.surfels.sort_unstable();
             change.surfels.dedup();
         }
@@ -411,14 +381,6 @@ impl Tissue {
         std::iter::once(surfel).chain(doubles.copied())
     }
 
-    /// Gives surfels without a binding row one that [`Self::rebind`] replaces.
-    fn rows_for_new(&mut self) {
-        let missing = self.surfels.len() - self.binding.len();
-        if missing > 0 {
-            self.binding.push_placeholders(missing);
-        }
-    }
-
     /// Seeks nodes again for the given surfels.
     fn rebind(
         &mut self,
@@ -426,22 +388,21 @@ impl Tissue {
         inside: &(dyn Fn(DVec3) -> bool + Sync),
         crosses: &(dyn Fn(DVec3, DVec3) -> bool + Sync),
     ) {
-        self.rows_for_new();
-        let queries: Vec<Query> = of.iter().map(|&s| self.query(s)).collect();
+        self.binding.extend_to(self.surfels.len());
         let ahead = BEHIND * self.sampler.spacing();
-        let view = View {
+        let search = Search {
+            law: self.settings.weights,
+            stride: self.binding.stride(),
+            nodes: &self.rest_nodes,
+            tree: &self.node_tree,
             visible: &|a, b| !crosses(a, b),
             way_round: &|query, radius| {
                 let corner = self.borders.way_round(query.inner, radius, ahead)?;
                 inside(corner).then_some(corner)
             },
         };
-        let nodes = Nodes {
-            positions: &self.rest_nodes,
-            tree: &self.node_tree,
-        };
-        let settings = &self.settings.bind;
-        let rows = self.binding.rows(&queries, &nodes, settings, &view);
+        let row = |&surfel: &u32| search.row(&self.query(surfel));
+        let rows: Vec<Row> = of.par_iter().map(row).collect();
         for (&s, row) in of.iter().zip(&rows) {
             self.binding.store(index(s), row);
             self.max_reach = self.max_reach.max(self.reach(s));

@@ -4,7 +4,6 @@ use crate::cast::index;
 use crate::render::surfels::Surfels;
 use crate::tissue::tree::NodeTree;
 use glam::{DVec2, DVec3};
-use rayon::prelude::*;
 
 /// How the weight of a node that carries a surfel falls with its distance d.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -20,29 +19,10 @@ pub enum WeightLaw {
     Gaussian,
 }
 
-/// How surfels are bound to nodes.
-#[derive(Debug, Clone, PartialEq)]
-pub struct BindSettings {
-    /// Nodes per surfel at most.
-    pub neighbors: usize,
-    /// Nodes looked at in order of distance before a surfel is content with fewer than
-    /// `neighbors`; more hides more of a cut's diffraction at some cost. A surfel that sees fewer
-    /// than four of them (on a small piece beside a ragged cut) takes those that these see, too.
-    pub pool: usize,
-    /// Weight law.
-    pub law: WeightLaw,
-}
-
-impl Default for BindSettings {
-    /// 8 nodes of the 48 nearest, weights of compact support.
-    fn default() -> Self {
-        Self {
-            neighbors: 8,
-            pool: 48,
-            law: WeightLaw::Compact,
-        }
-    }
-}
+/// Nodes looked at in order of distance before a surfel is content with fewer than it may have: more would hide more of a
+/// cut's diffraction at some cost. A surfel that sees fewer than four of them (on a small piece beside a ragged cut)
+/// takes those that these see, too.
+const POOL: usize = 48;
 
 /// Nodes and weights of every surfel: rows of fixed length, CSR with `offsets[i] = i * stride`.
 ///
@@ -56,9 +36,10 @@ pub struct Binding {
     weights: Vec<f64>,
     /// Change of the weights along the surfel's two tangents (1/m).
     slopes: Vec<[f64; 2]>,
-    /// Distance within which the surfel's nodes were sought (m).
-    reach: Vec<f64>,
-    sight: Vec<Sight>,
+    /// Distance within which the surfel's nodes were sought (m): that of the farthest, or more where cuts hide all
+    /// others.
+    pub(super) reach: Vec<f64>,
+    pub(super) sight: Vec<Sight>,
 }
 
 /// What cuts leave of a surfel's sight.
@@ -89,9 +70,9 @@ pub(crate) struct Row {
 
 impl Binding {
     /// An empty binding with rows of `min(neighbors, node_count)` entries.
-    pub(crate) fn empty(settings: &BindSettings, node_count: usize) -> Self {
+    pub(crate) fn empty(neighbors: usize, node_count: usize) -> Self {
         Self {
-            stride: settings.neighbors.min(node_count).max(1),
+            stride: neighbors.min(node_count).max(1),
             ..Self::default()
         }
     }
@@ -104,11 +85,6 @@ impl Binding {
             + size_of_val(&*self.slopes)
             + size_of_val(&*self.reach)
             + size_of_val(&*self.sight)
-    }
-
-    /// Number of surfels bound.
-    pub(crate) fn len(&self) -> usize {
-        self.reach.len()
     }
 
     /// Entries per row.
@@ -150,20 +126,8 @@ impl Binding {
         &self.slopes[surfel * self.stride..(surfel + 1) * self.stride]
     }
 
-    /// Distance within which a surfel's nodes were sought (m): that of the farthest, or more where
-    /// cuts hide all others.
-    pub(crate) fn reach(&self, surfel: usize) -> f64 {
-        self.reach[surfel]
-    }
-
-    /// What cuts leave of a surfel's sight.
-    pub(crate) fn sight(&self, surfel: usize) -> Sight {
-        self.sight[surfel]
-    }
-
     /// Appends rows that hold node 0 until they are replaced.
-    pub(crate) fn push_placeholders(&mut self, n: usize) {
-        let rows = self.reach.len() + n;
+    pub(crate) fn extend_to(&mut self, rows: usize) {
         self.nodes.resize(rows * self.stride, 0);
         self.weights.resize(rows * self.stride, 0.0);
         self.slopes.resize(rows * self.stride, [0.0; 2]);
@@ -216,45 +180,43 @@ impl Binding {
         normalize(weights, slopes);
         true
     }
+}
 
-    /// Rows for the surfels of `queries` (rest frame), in parallel.
-    pub(crate) fn rows(
-        &self,
-        queries: &[Query],
-        nodes: &Nodes<'_>,
-        settings: &BindSettings,
-        view: &View<'_>,
-    ) -> Vec<Row> {
-        let row = |query| self.row_of(query, nodes, settings, view);
-        queries.par_iter().map(row).collect()
-    }
+/// The nodes at rest, and what cuts leave of sight.
+pub(crate) struct Search<'a> {
+    pub(crate) law: WeightLaw,
+    /// Nodes of a row at most.
+    pub(crate) stride: usize,
+    pub(crate) nodes: &'a [DVec3],
+    pub(crate) tree: &'a NodeTree,
+    /// Whether two points see each other.
+    pub(crate) visible: &'a (dyn Fn(DVec3, DVec3) -> bool + Sync),
+    /// The point within a distance at which a path goes around the end of a cut.
+    pub(crate) way_round: &'a (dyn Fn(&Query, f64) -> Option<DVec3> + Sync),
+}
 
-    fn row_of(
-        &self,
-        query: &Query,
-        nodes: &Nodes<'_>,
-        settings: &BindSettings,
-        view: &View<'_>,
-    ) -> Row {
+impl Search<'_> {
+    /// The row of a surfel.
+    pub(crate) fn row(&self, query: &Query) -> Row {
         let eye = query.eye;
         let Look {
             mut found,
             hidden,
             nearest,
             horizon,
-        } = self.look(eye, nodes, settings, view);
+        } = self.look(eye);
         let seen = found.len();
         let mut direct = true;
         if !hidden.is_empty()
             && seen > 0
-            && let Some(corner) = (view.way_round)(query, horizon)
+            && let Some(corner) = (self.way_round)(query, horizon)
         {
             let links = hidden
                 .iter()
-                .map(|&node| (node, nodes.positions[index(node)]))
+                .map(|&node| (node, self.nodes[index(node)]))
                 .map(|(node, at)| (Link::round(eye, corner, at, node), at))
                 .filter(|(link, _)| link.length <= horizon || seen < self.stride)
-                .filter(|&(_, at)| (view.visible)(corner, at));
+                .filter(|&(_, at)| (self.visible)(corner, at));
             found.extend(links.map(|(link, _)| link));
             sort(&mut found);
             found.truncate(self.stride);
@@ -262,7 +224,7 @@ impl Binding {
         }
         direct &= seen == self.stride;
         if (1..FEW.min(self.stride)).contains(&found.len()) {
-            self.look_by_nodes(eye, nodes, settings, view, &mut found);
+            self.look_by_nodes(eye, &mut found);
         }
         // Where sight is short, farther nodes may come in when a cut changes.
         let sought = if found.len() < self.stride || !direct {
@@ -276,7 +238,7 @@ impl Binding {
         }
         sort(&mut found);
         let reach = found.last().map_or(0.0, |link| link.length);
-        let (mut weights, slopes) = weights(&found, settings.law, query.normal, reach);
+        let (mut weights, slopes) = weights(&found, self.law, query.normal, reach);
         // Carrying takes weights at the disk's middle: those of the anchor, followed along their slopes.
         for (weight, slope) in weights.iter_mut().zip(&slopes) {
             *weight -= slope[0] * query.anchor.x + slope[1] * query.anchor.y;
@@ -295,27 +257,21 @@ impl Binding {
     }
 
     /// The nearest nodes that the eye sees, and those that it does not.
-    fn look(
-        &self,
-        eye: DVec3,
-        nodes: &Nodes<'_>,
-        settings: &BindSettings,
-        view: &View<'_>,
-    ) -> Look {
+    fn look(&self, eye: DVec3) -> Look {
         let mut look = Look::default();
-        for (looked, node) in nodes.tree.nearest_neighbor_iter(eye.to_array()).enumerate() {
-            let at = nodes.positions[index(node.data)];
+        for (looked, node) in self.tree.nearest_neighbor_iter(eye.to_array()).enumerate() {
+            let at = self.nodes[index(node.data)];
             let link = Link::straight(eye, at, node.data);
             look.nearest.get_or_insert(link);
             // With nothing in sight the search continues: better a far node of the own piece than a
             // near one of another.
             let pools = if look.found.is_empty() { POOLS } else { 1 };
-            let most = pools * settings.pool;
+            let most = pools * POOL;
             if look.found.len() == self.stride || looked >= most {
                 break;
             }
             look.horizon = link.length;
-            if (view.visible)(eye, at) {
+            if (self.visible)(eye, at) {
                 look.found.push(link);
             } else {
                 look.hidden.push(node.data);
@@ -325,20 +281,13 @@ impl Binding {
     }
 
     /// Adds nodes that those found see.
-    fn look_by_nodes(
-        &self,
-        eye: DVec3,
-        nodes: &Nodes<'_>,
-        settings: &BindSettings,
-        view: &View<'_>,
-        found: &mut Vec<Link>,
-    ) {
+    fn look_by_nodes(&self, eye: DVec3, found: &mut Vec<Link>) {
         let seen = found.len();
-        let near = nodes.tree.nearest_neighbor_iter(eye.to_array());
-        for node in near.take(settings.pool) {
-            let at = nodes.positions[index(node.data)];
+        let near = self.tree.nearest_neighbor_iter(eye.to_array());
+        for node in near.take(POOL) {
+            let at = self.nodes[index(node.data)];
             let known = found.iter().any(|link| link.node == node.data);
-            let by_another = |link: &Link| (view.visible)(nodes.positions[index(link.node)], at);
+            let by_another = |link: &Link| (self.visible)(self.nodes[index(link.node)], at);
             if !known && found[..seen].iter().any(by_another) {
                 found.push(Link::straight(eye, at, node.data));
             }
@@ -395,20 +344,6 @@ pub(crate) struct Query {
     pub(crate) normal: DVec3,
     /// The point of the disk above the eye, in its tangents from its middle (m).
     pub(crate) anchor: DVec2,
-}
-
-/// The nodes at rest.
-pub(crate) struct Nodes<'a> {
-    pub(crate) positions: &'a [DVec3],
-    pub(crate) tree: &'a NodeTree,
-}
-
-/// What cuts leave of sight.
-pub(crate) struct View<'a> {
-    /// Whether two points see each other.
-    pub(crate) visible: &'a (dyn Fn(DVec3, DVec3) -> bool + Sync),
-    /// The point within a distance at which a path goes around the end of a cut.
-    pub(crate) way_round: &'a (dyn Fn(&Query, f64) -> Option<DVec3> + Sync),
 }
 
 /// A node and the path to it.

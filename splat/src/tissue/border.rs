@@ -29,7 +29,7 @@ pub(crate) struct Borders {
     /// Per edge the triangles that have it.
     edges: HashMap<Key, Edge>,
     free: RTree<Node>,
-    triangles: Vec<[DVec3; 3]>,
+    pub(super) triangles: Vec<[DVec3; 3]>,
     /// Boxes of the triangles, with their numbers.
     boxes: RTree<GeomWithData<Rectangle<[f64; 3]>, u32>>,
     /// Forest of triangles joined at edges, each pointing towards the first of its sheet.
@@ -37,16 +37,6 @@ pub(crate) struct Borders {
 }
 
 impl Borders {
-    /// Number of triangles taken in.
-    pub(crate) fn triangle_count(&self) -> u32 {
-        count(self.joined.len())
-    }
-
-    /// All triangles taken in.
-    pub(crate) fn triangles(&self) -> &[[DVec3; 3]] {
-        &self.triangles
-    }
-
     /// Numbers of the triangles whose box comes within `radius` of `x`, ascending.
     pub(crate) fn triangles_near(&self, x: DVec3, radius: f64) -> Vec<u32> {
         let boxes = &self.boxes;
@@ -69,7 +59,7 @@ impl Borders {
     pub(crate) fn extend(&mut self, triangles: &[[DVec3; 3]]) -> Vec<[DVec3; 2]> {
         let mut met: Vec<(Key, bool)> = Vec::new();
         for corners in triangles {
-            let triangle = self.triangle_count();
+            let triangle = count(self.joined.len());
             self.joined.push(triangle);
             self.triangles.push(*corners);
             let rectangle = Rectangle::from_aabb(envelope(corners, 0.0));
@@ -89,17 +79,13 @@ impl Borders {
                     }
                     self.join(triangle, edge.first);
                 } else {
-                    let (first, corner) = (triangle, k);
-                    self.free.insert(self.node(first, corner));
-                    let triangles = 1;
-                    self.edges.insert(
-                        key,
-                        Edge {
-                            triangles,
-                            first,
-                            corner,
-                        },
-                    );
+                    self.free.insert(self.node(triangle, k));
+                    let edge = Edge {
+                        triangles: 1,
+                        first: triangle,
+                        corner: k,
+                    };
+                    self.edges.insert(key, edge);
                 }
             }
         }

@@ -3,81 +3,12 @@
 use crate::cast::index;
 use crate::render::splats::{Splats, normal_derivatives};
 use crate::render::surfels::Surfels;
-use crate::tissue::binding::Binding;
+use crate::tissue::Tissue;
 use glam::{DAffine3, DMat3, DVec3};
 use rayon::prelude::*;
 
 /// Fewest surfels that one thread carries, and nodes whose maps it forms.
 const CHUNK: usize = 128;
-
-/// Carries surfels by their nodes' positions and deformation gradients.
-///
-/// `x(X) = Σ w_i(X) p_i` with `p_i = x_i + F_i (X - X_i)`. The disk's axes are r times the derivative
-/// of x along the tangents, `F t + Σ p_i (∇w_i · t)` with `F = Σ w_i F_i`: neighbouring disks move
-/// apart just as they grow, so that no hole opens where nodes disagree. The normal is `cof(F) N`
-/// normalised, smoother than the disk's own; the linear field of normals over the disk is carried by
-/// the same cofactor: where Aras 2014 calls Phong splatting (eq. (51)) unfit for bodies that deform,
-/// this keeps it at the price of two products. All this replaces Aras 2014, eq. (59)
-/// (`x = X + Σ w_i u_i / Σ w_i`, in print without its sum), which drags surfels behind in a rotation
-/// and leaves normals where they were.
-///
-/// # Arguments
-/// * `rest_nodes`, `nodes` -- node positions in the rest and the deformed frame (m), shape `(n)`.
-/// * `gradients` -- deformation gradients of the nodes (1), shape `(n)`.
-/// * `max_stretch` -- a disk's axis never grows beyond this times its radius: an overstretched
-///   node near a cut would otherwise throw a disk over the picture.
-/// * `splats` -- output, resized.
-///
-/// # Panics
-/// If the slices disagree in length.
-///
-/// # Numerics
-/// An affine map of the nodes with its gradient is reproduced to round-off. A singular `F` keeps
-/// the rest normal. Same bits at any thread count.
-pub fn carry_into(
-    surfels: &Surfels,
-    binding: &Binding,
-    rest_nodes: &[DVec3],
-    nodes: &[DVec3],
-    gradients: &[DMat3],
-    max_stretch: f64,
-    splats: &mut Splats,
-) {
-    let n = surfels.len();
-    assert_eq!(binding.len(), n, "one binding row per surfel");
-    assert_eq!(rest_nodes.len(), nodes.len(), "one position per node");
-    assert_eq!(gradients.len(), nodes.len(), "one gradient per node");
-    splats.positions.resize(n, DVec3::ZERO);
-    splats.axes_u.resize(n, DVec3::ZERO);
-    splats.axes_v.resize(n, DVec3::ZERO);
-    splats.normals.resize(n, DVec3::ZERO);
-    splats.normal_derivatives_u.resize(n, DVec3::ZERO);
-    splats.normal_derivatives_v.resize(n, DVec3::ZERO);
-    let maps: Vec<DAffine3> = (rest_nodes, nodes, gradients)
-        .into_par_iter()
-        .with_min_len(CHUNK)
-        .map(|(&rest, &node, &gradient)| {
-            DAffine3::from_mat3_translation(gradient, node - gradient * rest)
-        })
-        .collect();
-    (
-        &mut splats.positions,
-        &mut splats.normals,
-        &mut splats.axes_u,
-        &mut splats.axes_v,
-        &mut splats.normal_derivatives_u,
-        &mut splats.normal_derivatives_v,
-    )
-        .into_par_iter()
-        .enumerate()
-        .with_min_len(CHUNK)
-        .for_each(|(i, (position, normal, u, v, bend_u, bend_v))| {
-            let carried = carry(surfels, binding, &maps, i, max_stretch);
-            (*position, *normal) = (carried.position, carried.normal);
-            [*u, *v] = carried.axes;
-            [*bend_u, *bend_v] = carried.bends;
-        });
-}
 
 /// One surfel in the deformed frame.
 struct Carried {
@@ -87,52 +18,109 @@ struct Carried {
     bends: [DVec3; 2],
 }
 
-/// The surfel that the maps `p(X) = F X + shift` of its nodes make.
-fn carry(
-    surfels: &Surfels,
-    binding: &Binding,
-    maps: &[DAffine3],
-    i: usize,
-    max_stretch: f64,
-) -> Carried {
-    let (rest, normal, radius) = (surfels.positions[i], surfels.normals[i], surfels.radii[i]);
-    let (row, weights) = binding.row(i);
-    let first = maps[index(row[0])].transform_point3(rest);
-    let (mut position, mut f, mut drift) = (first, DMat3::ZERO, [DVec3::ZERO; 2]);
-    for ((&node, &weight), slope) in row.iter().zip(weights).zip(binding.slopes(i)) {
-        let map = &maps[index(node)];
-        let aside = map.transform_point3(rest) - first;
-        position += aside * weight;
-        f += map.matrix3 * weight;
-        // What the change of the weights over the disk adds to its axes.
-        drift[0] += aside * slope[0];
-        drift[1] += aside * slope[1];
+impl Tissue {
+    /// Carries all surfels by their nodes' positions and deformation gradients.
+    ///
+    /// `x(X) = Σ w_i(X) p_i` with `p_i = x_i + F_i (X - X_i)`. The disk's axes are r times the derivative
+    /// of x along the tangents, `F t + Σ p_i (∇w_i · t)` with `F = Σ w_i F_i`: neighbouring disks move
+    /// apart just as they grow, so that no hole opens where nodes disagree. The normal is `cof(F) N`
+    /// normalised, smoother than the disk's own; the linear field of normals over the disk is carried by
+    /// the same cofactor: where Aras 2014 calls Phong splatting (eq. (51)) unfit for bodies that deform,
+    /// this keeps it at the price of two products. All this replaces Aras 2014, eq. (59)
+    /// (`x = X + Σ w_i u_i / Σ w_i`, in print without its sum), which drags surfels behind in a rotation
+    /// and leaves normals where they were.
+    ///
+    /// # Arguments
+    /// * `nodes` -- node positions in the deformed frame (m), shape `(n)`.
+    /// * `gradients` -- deformation gradients of the nodes (1), shape `(n)`.
+    /// * `splats` -- output, resized.
+    ///
+    /// # Panics
+    /// If there is not one position and one gradient per node.
+    ///
+    /// # Numerics
+    /// An affine map of the nodes with its gradient is reproduced to round-off. A singular `F` keeps
+    /// the rest normal. Same bits at any thread count.
+    pub fn carry_into(&self, nodes: &[DVec3], gradients: &[DMat3], splats: &mut Splats) {
+        let n = self.surfels.len();
+        assert_eq!(self.rest_nodes.len(), nodes.len(), "one position per node");
+        assert_eq!(gradients.len(), nodes.len(), "one gradient per node");
+        splats.positions.resize(n, DVec3::ZERO);
+        splats.axes_u.resize(n, DVec3::ZERO);
+        splats.axes_v.resize(n, DVec3::ZERO);
+        splats.normals.resize(n, DVec3::ZERO);
+        splats.normal_derivatives_u.resize(n, DVec3::ZERO);
+        splats.normal_derivatives_v.resize(n, DVec3::ZERO);
+        let maps: Vec<DAffine3> = (&*self.rest_nodes, nodes, gradients)
+            .into_par_iter()
+            .with_min_len(CHUNK)
+            .map(|(&rest, &node, &gradient)| {
+                DAffine3::from_mat3_translation(gradient, node - gradient * rest)
+            })
+            .collect();
+        (
+            &mut splats.positions,
+            &mut splats.normals,
+            &mut splats.axes_u,
+            &mut splats.axes_v,
+            &mut splats.normal_derivatives_u,
+            &mut splats.normal_derivatives_v,
+        )
+            .into_par_iter()
+            .enumerate()
+            .with_min_len(CHUNK)
+            .for_each(|(i, (position, normal, u, v, bend_u, bend_v))| {
+                let carried = self.carried(&maps, i);
+                (*position, *normal) = (carried.position, carried.normal);
+                [*u, *v] = carried.axes;
+                [*bend_u, *bend_v] = carried.bends;
+            });
     }
-    let (t0, t1) = Surfels::tangents(normal);
-    let (a, b) = (f * t0, f * t1);
-    let axes = [a + drift[0], b + drift[1]];
-    let raw = a.cross(b);
-    let length = raw.length();
-    let mut carried = Carried {
-        position,
-        axes: axes.map(|axis| axis.clamp_length_max(max_stretch) * radius),
-        normal,
-        bends: [DVec3::ZERO; 2],
-    };
-    if length > 0.0 {
-        // cof(F) t0 = F t1 × F n and cof(F) t1 = F n × F t0, as t0, t1, n are a right-handed frame.
-        let c = f * normal;
-        let per = radius / length;
-        carried.normal = raw / length;
-        carried.bends = normal_derivatives(surfels.shapes[i], b.cross(c) * per, c.cross(a) * per);
+
+    /// The surfel that the maps `p(X) = F X + shift` of its nodes make.
+    fn carried(&self, maps: &[DAffine3], i: usize) -> Carried {
+        let surfels = &self.surfels;
+        let (rest, normal, radius) = (surfels.positions[i], surfels.normals[i], surfels.radii[i]);
+        let (row, weights) = self.binding.row(i);
+        let first = maps[index(row[0])].transform_point3(rest);
+        let (mut position, mut f, mut drift) = (first, DMat3::ZERO, [DVec3::ZERO; 2]);
+        for ((&node, &weight), slope) in row.iter().zip(weights).zip(self.binding.slopes(i)) {
+            let map = &maps[index(node)];
+            let aside = map.transform_point3(rest) - first;
+            position += aside * weight;
+            f += map.matrix3 * weight;
+            // What the change of the weights over the disk adds to its axes.
+            drift[0] += aside * slope[0];
+            drift[1] += aside * slope[1];
+        }
+        let (t0, t1) = Surfels::tangents(normal);
+        let (a, b) = (f * t0, f * t1);
+        let axes = [a + drift[0], b + drift[1]];
+        let raw = a.cross(b);
+        let length = raw.length();
+        let most = self.settings.max_stretch;
+        let mut carried = Carried {
+            position,
+            axes: axes.map(|axis| axis.clamp_length_max(most) * radius),
+            normal,
+            bends: [DVec3::ZERO; 2],
+        };
+        if length > 0.0 {
+            // cof(F) t0 = F t1 × F n and cof(F) t1 = F n × F t0, as t0, t1, n are a right-handed frame.
+            let c = f * normal;
+            let per = radius / length;
+            let along = [b.cross(c) * per, c.cross(a) * per];
+            carried.normal = raw / length;
+            carried.bends = normal_derivatives(surfels.shapes[i], along[0], along[1]);
+        }
+        carried
     }
-    carried
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Tissue, TissueSettings};
+    use crate::TissueSettings;
 
     /// Numbers between -1 and 1 without order.
     fn noise(i: usize) -> f64 {
@@ -144,39 +132,33 @@ mod tests {
     }
 
     /// Surfels on a ball that bulge anyhow, and nodes that were moved and turned anyhow.
-    fn scene() -> (Tissue, Surfels, Vec<DVec3>, Vec<DVec3>, Vec<DMat3>) {
+    fn scene() -> (Tissue, Vec<DVec3>, Vec<DMat3>) {
         let normals: Vec<DVec3> = (0..1_000).map(|i| vector(i).normalize()).collect();
         let areas = vec![0.0126; normals.len()];
         let nodes: Vec<DVec3> = (1_000..1_300).map(vector).collect();
-        let settings = TissueSettings::default();
-        let tissue = Tissue::new(&normals, &normals, &areas, &nodes, &settings)
+        let settings = TissueSettings {
+            max_stretch: 1e9,
+            ..TissueSettings::default()
+        };
+        let mut tissue = Tissue::new(&normals, &normals, &areas, &nodes, &settings)
             .expect("unit normals and finite nodes");
-        let mut surfels = tissue.surfels().clone();
-        surfels.shapes = (2_000..3_000).map(vector).collect();
+        tissue.surfels.shapes = (2_000..3_000).map(vector).collect();
         let moved = nodes.iter().zip(4_000..).map(|(&x, i)| x + 0.2 * vector(i));
         let gradients = (5_000..).step_by(3).take(nodes.len()).map(|i| {
             let columns = [0, 1, 2].map(|k| DMat3::IDENTITY.col(k) + 0.3 * vector(i + k));
             DMat3::from_cols(columns[0], columns[1], columns[2])
         });
         let (moved, gradients) = (moved.collect(), gradients.collect());
-        (tissue, surfels, nodes, moved, gradients)
+        (tissue, moved, gradients)
     }
 
     /// The formulas as they stand, pair by pair.
     #[test]
     fn carrying_is_what_its_formulas_say() {
-        let (tissue, surfels, rest_nodes, nodes, gradients) = scene();
-        let binding = tissue.binding();
+        let (tissue, nodes, gradients) = scene();
+        let (surfels, binding, rest_nodes) = (&tissue.surfels, &tissue.binding, &tissue.rest_nodes);
         let mut splats = Splats::default();
-        carry_into(
-            &surfels,
-            binding,
-            &rest_nodes,
-            &nodes,
-            &gradients,
-            1e9,
-            &mut splats,
-        );
+        tissue.carry_into(&nodes, &gradients, &mut splats);
         let mut worst: f64 = 0.0;
         for i in 0..surfels.len() {
             let (row, weights) = binding.row(i);

@@ -32,6 +32,19 @@ pub(super) fn wall_of_triangle(
     (found == 2).then_some(ends)
 }
 
+/// The line that the plane through `at` across `normal` draws in the tangents of a point `x`: direction, offset from
+/// `x` (m), and the sine of the angle between the two planes.
+pub(super) fn line_of_plane(
+    x: DVec3,
+    tangents: (DVec3, DVec3),
+    at: DVec3,
+    normal: DVec3,
+) -> Option<(DVec2, f64, f64)> {
+    let flat = DVec2::new(normal.dot(tangents.0), normal.dot(tangents.1));
+    let sine = flat.length();
+    Some((flat.try_normalize()?, (at - x).dot(normal) / sine, sine))
+}
+
 /// A triangle as an obstacle, tested with room for round-off.
 pub(super) struct Screen {
     corner: DVec3,

@@ -1,6 +1,6 @@
 //! New skin on a cut: where it lies, how large its disks are, where it ends.
 
-use super::{InsideTest, Renewal, Tissue};
+use super::{CutChange, InsideTest, Tissue};
 use crate::cast::{count, index};
 use crate::render::clip::Clip;
 use crate::tissue::radii::sheet_radius;
@@ -17,31 +17,22 @@ const SKIN_RADIUS: f64 = 1.3;
 /// of which the cell looks at 16.
 const NEIGHBORHOOD: f64 = 3.0;
 
-/// What grew.
-pub(super) struct Grown {
-    /// Samples drawn, inside and outside the body.
-    pub(super) samples: usize,
-    /// Surfels of new skin.
-    pub(super) skin: usize,
-    /// Surfels whose radius was computed.
-    pub(super) resized: Vec<u32>,
-}
-
 impl Tissue {
     /// The largest radius of new skin (m); its clips are made for that.
     pub(super) fn skin_radius(&self) -> f64 {
         let spread = SKIN_RADIUS * self.sampler.spacing();
-        self.renewal.as_ref().map_or(spread, Renewal::most)
+        self.renewal.map_or(spread, |renewal| renewal.map.most())
     }
 
     /// New skin on triangles, numbered from `first_triangle`: two surfels per sample inside the body,
-    /// and beside its rim.
+    /// and beside its rim. Counts it, and gives the surfels whose radius was computed.
     pub(super) fn grow_skin(
         &mut self,
         triangles: &[[DVec3; 3]],
         first_triangle: u32,
         inside: &(dyn Fn(DVec3) -> bool + Sync),
-    ) -> Grown {
+        change: &mut CutChange,
+    ) -> Vec<u32> {
         let (spacing, radius) = (self.sampler.spacing(), self.skin_radius());
         let first = count(self.surfels.len());
         let samples = self.sampler.sample(triangles, first_triangle);
@@ -93,12 +84,9 @@ impl Tissue {
             resized = self.skin_beside(&fresh);
             self.resize(&resized);
         }
-        self.rows_for_new();
-        Grown {
-            samples: samples.len(),
-            skin: fresh.len(),
-            resized,
-        }
+        change.skin = fresh.len();
+        change.resized = resized.len();
+        resized
     }
 
     /// Originals of skin in whose neighbourhood one of `fresh` lies, in order.
@@ -117,29 +105,14 @@ impl Tissue {
     /// Radii (m) of originals of skin among their sheet's samples.
     pub(super) fn skin_radii(&self, of: &[u32]) -> Vec<f64> {
         let (most, reach) = (self.skin_radius(), NEIGHBORHOOD * self.sampler.spacing());
-        of.par_iter()
-            .map(|&s| {
-                let i = index(s);
-                let sheet = self.borders.sheet(self.triangles[i]);
-                let x = self.surfels.positions[i];
-                let mut beside: Vec<(f64, u32)> = self
-                    .skin_tree
-                    .locate_within_distance(x.to_array(), reach * reach)
-                    .filter(|p| p.data != s)
-                    .filter(|p| self.borders.sheet(self.triangles[index(p.data)]) == sheet)
-                    .map(|p| {
-                        (
-                            self.surfels.positions[index(p.data)].distance_squared(x),
-                            p.data,
-                        )
-                    })
-                    .collect();
-                // The order of equal distances decides the last bit.
-                beside.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-                let beside = beside.iter().map(|&(_, j)| index(j));
-                sheet_radius(&self.surfels, i, beside, most)
-            })
-            .collect()
+        let sheet = |s: u32| self.borders.sheet(self.triangles[index(s)]);
+        let radius = |&s: &u32| {
+            let x = self.surfels.positions[index(s)];
+            let near = rim::within(&self.skin_tree, &self.surfels, x, reach).into_iter();
+            let beside = near.filter(|&other| other != s && sheet(other) == sheet(s));
+            sheet_radius(&self.surfels, index(s), beside.map(index), most)
+        };
+        of.par_iter().map(radius).collect()
     }
 
     fn resize(&mut self, of: &[u32]) {

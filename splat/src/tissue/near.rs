@@ -1,5 +1,6 @@
 //! The part of a cut that may lie in a body.
 
+use crate::tissue::skin::triangle_area;
 use glam::DVec3;
 
 /// Least fraction of a triangle near the body for which all of it is sampled.
@@ -30,8 +31,7 @@ pub fn triangle_near_box(triangle: [DVec3; 3], low: DVec3, high: DVec3) -> Vec<[
 }
 
 fn area(triangles: &[[DVec3; 3]]) -> f64 {
-    let of = |[a, b, c]: &[DVec3; 3]| 0.5 * (*b - *a).cross(*c - *a).length();
-    triangles.iter().map(of).sum()
+    triangles.iter().map(triangle_area).sum()
 }
 
 /// The part of a convex polygon where a linear function is not negative.

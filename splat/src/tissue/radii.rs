@@ -4,6 +4,7 @@ use crate::cast::index;
 use crate::error::{SurfelError, one_per_point};
 use crate::render::surfels::Surfels;
 use crate::tissue::eigen::symmetric_eigen;
+use crate::tissue::geometry::line_of_plane;
 use crate::tissue::tree::{NodeTree, point_tree};
 use glam::{DMat3, DVec2, DVec3};
 use rayon::prelude::*;
@@ -292,15 +293,10 @@ fn circumradius(
             (direction, 0.5 * d.length())
         } else {
             // The other face's plane, where it lies in front of the surfel.
-            let m = DVec2::new(normals[j].dot(t0), normals[j].dot(t1));
-            let (Some(direction), length) = (m.try_normalize(), m.length()) else {
-                continue;
-            };
-            let offset = d.dot(normals[j]) / length;
-            if offset <= 0.0 {
-                continue;
+            match line_of_plane(x, (t0, t1), positions[j], normals[j]) {
+                Some((direction, offset, _)) if offset > 0.0 => (direction, offset),
+                _ => continue,
             }
-            (direction, offset)
         };
         cut_cell(&cell, direction, offset, &mut spare);
         std::mem::swap(&mut cell, &mut spare);
@@ -315,8 +311,7 @@ fn circumradius(
 ///
 /// # Panics
 /// If the slices differ in length.
-#[must_use]
-pub fn shape_operators(positions: &[DVec3], normals: &[DVec3]) -> Vec<DVec3> {
+pub(crate) fn shape_operators(positions: &[DVec3], normals: &[DVec3]) -> Vec<DVec3> {
     assert_eq!(positions.len(), normals.len(), "one normal per position");
     let tree = point_tree(positions);
     (0..positions.len())

@@ -1,9 +1,10 @@
 //! Where disks end: sharp edges of the surface, and the body's surface around new skin.
 
+use super::Tissue;
 use crate::cast::index;
 use crate::render::clip::Clip;
 use crate::render::surfels::Surfels;
-use crate::tissue::geometry::nearest_on_segment;
+use crate::tissue::geometry::{line_of_plane, nearest_on_segment};
 use crate::tissue::tree::NodeTree;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -21,8 +22,8 @@ pub(crate) struct SkinDisk {
     pub(crate) radius: f64,
 }
 
-/// Surfels within `radius` of `x`, nearest first.
-fn within(tree: &NodeTree, surfels: &Surfels, x: DVec3, radius: f64) -> Vec<u32> {
+/// Surfels within `radius` of `x`, nearest first, equal distances in order of their numbers.
+pub(crate) fn within(tree: &NodeTree, surfels: &Surfels, x: DVec3, radius: f64) -> Vec<u32> {
     let near = tree.locate_within_distance(x.to_array(), radius * radius);
     let mut found: Vec<(f64, u32)> = near
         .map(|p| (surfels.positions[index(p.data)].distance_squared(x), p.data))
@@ -35,7 +36,7 @@ fn within(tree: &NodeTree, surfels: &Surfels, x: DVec3, radius: f64) -> Vec<u32>
 /// the line they draw in the disk (direction, offset).
 fn edge_lines(surfels: &Surfels, tree: &NodeTree, i: usize) -> Vec<(DVec2, f64)> {
     let (x, n, r) = (surfels.positions[i], surfels.normals[i], surfels.radii[i]);
-    let (t0, t1) = Surfels::tangents(n);
+    let tangents = Surfels::tangents(n);
     let mut chosen: Vec<DVec3> = Vec::new();
     let mut lines = Vec::new();
     for j in within(tree, surfels, x, 2.5 * r) {
@@ -44,11 +45,9 @@ fn edge_lines(surfels: &Surfels, tree: &NodeTree, i: usize) -> Vec<(DVec2, f64)>
         if m.dot(n) > SHARP || !convex || chosen.iter().any(|c| c.dot(m) > SHARP) {
             continue;
         }
-        let flat = DVec2::new(m.dot(t0), m.dot(t1));
-        let Some(direction) = flat.try_normalize() else {
+        let Some((direction, offset, _)) = line_of_plane(x, tangents, y, m) else {
             continue;
         };
-        let offset = (y - x).dot(m) / flat.length();
         if offset < r {
             chosen.push(m);
             lines.push((direction, offset));
@@ -72,24 +71,26 @@ pub(crate) fn sharp_edges(surfels: &Surfels, tree: &NodeTree) -> Vec<Option<Arc<
     (0..surfels.len()).into_par_iter().map(clip).collect()
 }
 
-/// Whether `x` lies inside by the two surfels nearest to it (Aras 2014, fig. 65): behind the tangent
-/// planes of both where the surface between them is convex, behind one of them at least where it is
-/// concave, that is, where each lies in front of the other.
-pub(crate) fn behind_two_nearest(surfels: &Surfels, tree: &NodeTree, x: DVec3) -> bool {
-    let mut nearest = tree.nearest_neighbor_iter(x.to_array());
-    let mut next = || nearest.next().map(|p| index(p.data));
-    let before = |x: DVec3, i: usize| (x - surfels.positions[i]).dot(surfels.normals[i]);
-    let behind = |i: usize| before(x, i) < 0.0;
-    match (next(), next()) {
-        (Some(a), Some(b)) => {
-            let (p, q) = (surfels.positions[a], surfels.positions[b]);
-            if before(p, b) > 0.0 && before(q, a) > 0.0 {
+impl Tissue {
+    /// The inside test of Aras 2014, fig. 65: whether a rest point lies behind the tangent planes of both
+    /// outer surfels nearest to it, or of one at least where each of the two stands before the other's plane
+    /// (a concave rim). It errs off sharp edges and beside parts as thin as the surfels are apart.
+    #[must_use]
+    pub fn is_behind_surfels(&self, x: DVec3) -> bool {
+        let mut nearest = self.outer_tree.nearest_neighbor_iter(x.to_array());
+        let mut next = || nearest.next().map(|p| index(p.data));
+        let (positions, normals) = (&self.surfels.positions, &self.surfels.normals);
+        let before = |x: DVec3, i: usize| (x - positions[i]).dot(normals[i]);
+        let behind = |i: usize| before(x, i) < 0.0;
+        match (next(), next()) {
+            (Some(a), Some(b))
+                if before(positions[a], b) > 0.0 && before(positions[b], a) > 0.0 =>
+            {
                 behind(a) || behind(b)
-            } else {
-                behind(a) && behind(b)
             }
+            (Some(a), Some(b)) => behind(a) && behind(b),
+            (only, _) => only.is_none_or(behind),
         }
-        (only, _) => only.is_none_or(behind),
     }
 }
 
@@ -122,10 +123,7 @@ pub(crate) fn at_surface(
     let (x, r) = (disk.point, disk.radius);
     let (t0, t1) = Surfels::tangents(disk.normal);
     let is_inside = inside(x);
-    let line = |y: DVec3, m: DVec3| {
-        let flat = DVec2::new(m.dot(t0), m.dot(t1));
-        Some((flat.try_normalize()?, (y - x).dot(m) / flat.length(), flat))
-    };
+    let line = |y: DVec3, m: DVec3| line_of_plane(x, (t0, t1), y, m);
     let near = within(tree, surfels, x, 3.0 * r);
     if near.is_empty() {
         return is_inside.then(Clip::default);
@@ -135,11 +133,11 @@ pub(crate) fn at_surface(
     let mut lines: Vec<(DVec2, f64)> = Vec::new();
     for &j in &near {
         let (y, m) = (surfels.positions[index(j)], surfels.normals[index(j)]);
-        let Some((direction, first, flat)) = line(y, m) else {
+        let Some((direction, first, sine)) = line(y, m) else {
             continue;
         };
         // A surface nearly parallel to the cut has no rim here.
-        if flat.length() < 0.15 {
+        if sine < 0.15 {
             continue;
         }
         let fresh = chosen

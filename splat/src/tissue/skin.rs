@@ -176,12 +176,9 @@ impl CutSampler {
         let n = whole(self.carried);
         self.carried -= n as f64;
         for _ in 0..n {
-            let mut best = 0;
-            for (k, candidate) in candidates.iter().enumerate() {
-                if candidate.1 > candidates[best].1 {
-                    best = k;
-                }
-            }
+            // Of several the first.
+            let order = |a: &usize, b: &usize| candidates[*a].1.total_cmp(&candidates[*b].1);
+            let best = (0..candidates.len()).rev().max_by(order).unwrap_or(0);
             let (sample, _) = candidates.swap_remove(best);
             let point = sample.point;
             for candidate in candidates.iter_mut() {

@@ -27,7 +27,7 @@ impl Tissue {
     pub(super) fn near(&self, new: Range<u32>) -> Vec<(u32, Vec<u32>)> {
         let mut hits: Vec<(u32, u32)> = Vec::new();
         for t in new {
-            let triangle = &self.borders.triangles()[index(t)];
+            let triangle = &self.borders.triangles[index(t)];
             let envelope = envelope(triangle, self.max_reach);
             for tree in [&self.outer_tree, &self.skin_tree] {
                 for p in tree.locate_in_envelope(envelope) {
@@ -41,14 +41,9 @@ impl Tissue {
             }
         }
         hits.sort_unstable();
-        let mut out: Vec<(u32, Vec<u32>)> = Vec::new();
-        for (surfel, triangle) in hits {
-            match out.last_mut() {
-                Some(last) if last.0 == surfel => last.1.push(triangle),
-                _ => out.push((surfel, vec![triangle])),
-            }
-        }
-        out
+        let triangles = |run: &[(u32, u32)]| run.iter().map(|hit| hit.1).collect::<Vec<u32>>();
+        let runs = hits.chunk_by(|a, b| a.0 == b.0);
+        runs.map(|run| (run[0].0, triangles(run))).collect()
     }
 
     /// Adds the walls of triangles to a surfel and its doubles, and doubles it again for every
@@ -58,7 +53,7 @@ impl Tissue {
         let (x, n) = (self.surfels.positions[i], self.surfels.normals[i]);
         let walls: Vec<[DVec2; 2]> = hits
             .iter()
-            .map(|&t| &self.borders.triangles()[index(t)])
+            .map(|&t| &self.borders.triangles[index(t)])
             .filter(|t| {
                 let m = (t[1] - t[0]).cross(t[2] - t[0]).normalize_or_zero();
                 m.dot(n).abs() < PARALLEL
@@ -106,7 +101,6 @@ impl Tissue {
                 family.push(double);
             }
         }
-        self.rows_for_new();
         moved
     }
 
@@ -114,7 +108,7 @@ impl Tissue {
     pub(super) fn reach(&self, surfel: u32) -> f64 {
         let i = index(surfel);
         let aside = self.query(surfel).inner.distance(self.surfels.positions[i]);
-        (self.binding.reach(i) + aside).max(self.largest_radius(surfel))
+        (self.binding.reach[i] + aside).max(self.largest_radius(surfel))
     }
 
     /// The radius (m) that a surfel's clip must do for: that of new skin still changes while the
@@ -131,13 +125,13 @@ impl Tissue {
     /// nodes that are not. One with fewer, or with some that are seen around a corner, is always
     /// sought again.
     pub(super) fn loses_a_node(&self, surfel: u32, hits: &[u32]) -> bool {
-        if self.binding.sight(index(surfel)) == Sight::Poor {
+        if self.binding.sight[index(surfel)] == Sight::Poor {
             return true;
         }
         let eye = self.eye(surfel);
         let (nodes, _) = self.binding.row(index(surfel));
         hits.iter().any(|&t| {
-            let screen = Screen::new(&self.borders.triangles()[index(t)]);
+            let screen = Screen::new(&self.borders.triangles[index(t)]);
             let hides = |&node: &u32| screen.may_hide(eye, self.rest_nodes[index(node)]);
             nodes.iter().any(hides)
         })
@@ -146,10 +140,10 @@ impl Tissue {
     /// Whether a path around one of `edges` may lead to a node as near as those of a surfel, other than
     /// those it sees.
     pub(super) fn is_beside(&self, surfel: u32, edges: &[[DVec3; 2]]) -> bool {
-        if self.binding.sight(index(surfel)) == Sight::Clear {
+        if self.binding.sight[index(surfel)] == Sight::Clear {
             return false;
         }
-        let (x, reach) = (self.query(surfel).inner, self.binding.reach(index(surfel)));
+        let (x, reach) = (self.query(surfel).inner, self.binding.reach[index(surfel)]);
         edges
             .iter()
             .any(|&[a, b]| nearest_on_triangle(&[a, b, b], x).distance_squared(x) <= reach * reach)

@@ -1,7 +1,7 @@
 //! Surfels follow their nodes: exactly for affine maps, and only their own piece after a cut.
 
 use glam::{DAffine3, DMat3, DVec2, DVec3};
-use phyxel_splat::{BindSettings, Splats, Surfels, Tissue, TissueSettings, WeightLaw};
+use phyxel_splat::{Splats, Surfels, Tissue, TissueSettings, WeightLaw};
 use proptest::prelude::*;
 use testkit::cloud::{filled_cube, patch, swept};
 use testkit::strategies;
@@ -145,12 +145,8 @@ fn skin_of_a_folded_cut_stays_in_the_body() {
 /// Eq. (58): the nearest nodes, by `exp(-d²/h²)` with h the distance of the farthest of them, over their sum.
 #[test]
 fn bell_weights_are_those_of_equation_58() {
-    let bind = BindSettings {
-        law: WeightLaw::Gaussian,
-        ..BindSettings::default()
-    };
     let (tissue, nodes) = slab(&TissueSettings {
-        bind,
+        weights: WeightLaw::Gaussian,
         ..TissueSettings::default()
     });
     let mut worst: f64 = 0.0;

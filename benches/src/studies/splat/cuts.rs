@@ -1,8 +1,6 @@
 //! A block and a liver before a cut, after one and after two, in three styles.
 
-use phyxel_splat::{
-    BindSettings, DrawMode, InsideTest, Measure, RadiusRule, TissueSettings, WeightLaw,
-};
+use phyxel_splat::{DrawMode, InsideTest, Measure, RadiusRule, TissueSettings, WeightLaw};
 
 use super::sheet::{Panel, sheet};
 use super::spacing;
@@ -55,10 +53,7 @@ fn styles(spacing: f64) -> [(&'static str, Style); 3] {
         ..TissueSettings::default()
     };
     let dissertation = TissueSettings {
-        bind: BindSettings {
-            law: WeightLaw::Gaussian,
-            ..BindSettings::default()
-        },
+        weights: WeightLaw::Gaussian,
         radius: RadiusRule::Mapped {
             measure: Measure::Curvature,
             neighbors: 12,

@@ -1,23 +1,19 @@
 //! How a scene wants surfaces covered and drawn.
 
-use phyxel_splat::{Background, BindSettings, TissueSettings, linear_color};
+use phyxel_splat::{Background, TissueSettings, linear_color};
 
 use phyxel::scene::{Backdrop, SurfelSettings};
 
 /// Radii, clipping and binding of a body's surfels.
 pub(super) fn tissue_of(spec: &SurfelSettings) -> TissueSettings {
-    let usual = TissueSettings::default();
     TissueSettings {
-        bind: BindSettings {
-            neighbors: spec.nodes as usize,
-            law: spec.weights,
-            ..usual.bind
-        },
+        neighbors: spec.nodes as usize,
+        weights: spec.weights,
         radius: spec.radius,
         opening: spec.opening,
         clip: spec.clip,
         inside: spec.inside,
-        ..usual
+        ..TissueSettings::default()
     }
 }
 
