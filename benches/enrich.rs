@@ -272,14 +272,6 @@ fn queries(c: &mut Criterion) {
         group.bench_function(BenchmarkId::new("crosses", block.x.len()), |b| {
             b.iter(|| pairs.iter().filter(|(p, q)| cuts.crosses(*p, *q)).count());
         });
-        group.bench_function(BenchmarkId::new("nearest", block.x.len()), |b| {
-            b.iter(|| {
-                pairs
-                    .iter()
-                    .filter(|(p, _)| cuts.nearest(*p, 2.0).is_some())
-                    .count()
-            });
-        });
         let factors = block.cut(block.factors(Rule::Diffraction), &cuts).to_vec();
         group.throughput(Throughput::Elements(block.x.len() as u64));
         group.bench_function(BenchmarkId::new("connected_pieces", block.x.len()), |b| {

@@ -79,10 +79,7 @@ impl Block {
         let new = self.cuts.append(stroke, edge).expect("a face");
         let pairs = Graph::new(&self.rest, self.graph.offsets(), self.graph.indices());
         let pairs = pairs.expect("valid");
-        let touched = self
-            .factors
-            .update(&pairs, &self.cuts, new, &|_| true)
-            .nodes;
+        let touched = self.factors.update(&pairs, &self.cuts, new, &|_| true);
         let factor = |pair| self.factors.factor(pair);
         self.stencils
             .update_rows(&self.rest, &self.graph, factor, &touched)

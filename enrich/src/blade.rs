@@ -168,7 +168,7 @@ impl Blade {
         let positions = body.present.positions();
         self.carry(positions);
         let mut patches = Vec::new();
-        let before = self.front.line();
+        let before = self.front.line;
         let mut from = self.last.clone();
         for share in self.looks(&now, body) {
             let to: Vec<DVec3> = (self.last.iter().zip(&now))
@@ -190,7 +190,7 @@ impl Blade {
         self.then.extend_from_slice(positions);
         self.last = now;
         patches.retain(|patch: &Patch| !patch.triangles.is_empty());
-        let ends = self.front.line().filter(|_| !patches.is_empty());
+        let ends = self.front.line.filter(|_| !patches.is_empty());
         let ends = ends.map(|[start, now]| [before.map_or(start, |[_, before]| before), now]);
         Ok((Sweep { patches, ends }, missed))
     }

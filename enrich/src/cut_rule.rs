@@ -182,8 +182,8 @@ impl Factors {
         if let Some(grids) = &mut self.grids {
             return grids.update(graph, cuts, new, front, &self.pairs);
         }
-        let smallest = SMALLEST_PART;
-        self.pairs.sever_ligaments(graph, &mut touched, smallest);
-        touched.nodes
+        self.pairs
+            .sever_ligaments(graph, &mut touched, SMALLEST_PART);
+        touched
     }
 }

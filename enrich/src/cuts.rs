@@ -5,19 +5,18 @@ use std::ops::{ControlFlow, Range};
 use glam::DVec3;
 
 use crate::bounds::Bounds;
-use crate::edges::{DiffractionPoint, Edges};
+use crate::edges::Edges;
 use crate::error::CutError;
 use crate::forest::Forest;
 use crate::index32;
+use crate::polyline::span;
 use crate::predicate::{normal_signs, segment_crosses_triangle};
 
 /// Lengths that a cut needs to know.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CutSettings {
-    /// A new point this near to a vertex becomes that vertex, and one this near to a face of an earlier
-    /// piece goes a little through that face (m). Closes the gap between two strokes and lets a blade that
-    /// stands still make no triangles.
+    /// A new point this near to a vertex becomes that vertex (m). Closes the gap between two strokes and lets a
+    /// blade that stands still make no triangles.
     pub weld_tolerance: f64,
     /// Distance (m) over which nodes are coupled, about: paths bend around nearly flat edges of triangles
     /// that are smaller than an eighth of it.
@@ -58,8 +57,7 @@ struct Stroke {
 /// `start` puts a blade in, each `append` spans a strip from the blade's last position to its new one, `end` lifts
 /// it. Several strokes may be open at once; they may cross, branch, close, fold and leave the body. Points within
 /// the weld tolerance become one, so a blade that stands still makes nothing, and one that is lifted and put back
-/// close by leaves no gap. A point that stops within the tolerance of a face of an earlier piece goes 0.3
-/// tolerances through that face. Triangles without area and triangles that are there already are ignored.
+/// close by leaves no gap. Triangles without area and triangles that are there already are ignored.
 ///
 /// In the plane: nodes at z = 0 and upright blades that are longer than nodes are coupled.
 ///
@@ -67,8 +65,8 @@ struct Stroke {
 /// vector `(e, e², e³)`. A node exactly on a cut belongs to the side of larger x; where the cut contains the x
 /// direction, of larger y, then z. Crossings do not depend on the order or direction of triangles.
 ///
-/// Not joined: an older cut whose end a newer face passes within the tolerance, as only new points move. They move
-/// by up to 1.3 tolerances. A cut holds about 1 kB per triangle.
+/// Not joined: faces. A stroke that is to end at an older face must reach it or go through it; one that stops short
+/// of it, by a fiftieth of a node spacing even, may leave pairs between. A cut holds about 1 kB per triangle.
 ///
 /// # Examples
 /// ```
@@ -89,9 +87,9 @@ pub struct Cuts {
     pub(crate) vertices: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     strokes: Vec<Stroke>,
-    edges: Edges,
-    pub(crate) vertex_index: Forest,
-    forest: Forest,
+    pub(crate) edges: Edges,
+    vertex_index: Forest,
+    pub(crate) forest: Forest,
 }
 
 impl Cuts {
@@ -155,33 +153,14 @@ impl Cuts {
         self.open(stroke)?;
         let start = std::mem::take(&mut self.strokes[stroke].start);
         if !start.is_empty() {
-            // Only now it is known to which side of a face near by the stroke goes.
-            self.strokes[stroke].blade = self.welded(stroke, &start, blade);
+            self.strokes[stroke].blade = start.into_iter().map(|p| self.welded(p)).collect();
         }
         let old = self.strokes[stroke].blade.clone();
-        let places: Vec<DVec3> = old.iter().map(|&v| self.vertices[v as usize]).collect();
-        let new = self.welded(stroke, blade, &places);
+        let new: Vec<u32> = blade.iter().map(|&p| self.welded(p)).collect();
         let first = self.triangles.len();
-        let (along_old, along_new) = (self.parameters(&old), self.parameters(&new));
-        let (mut i, mut j) = (0, 0);
-        while i + 1 < old.len() || j + 1 < new.len() {
-            let move_old = if j + 1 == new.len() {
-                true
-            } else if i + 1 == old.len() {
-                false
-            } else if old.len() == new.len() {
-                i == j
-            } else {
-                along_old[i + 1] <= along_new[j + 1]
-            };
-            if move_old {
-                self.add([old[i], old[i + 1], new[j]]);
-                i += 1;
-            } else {
-                self.add([new[j], old[i], new[j + 1]]);
-                j += 1;
-            }
-        }
+        let by_length = old.len() != new.len();
+        let [before, now] = [&old, &new].map(|line| self.placed(line, by_length));
+        span(&before, &now, |corners| self.add(corners));
         self.strokes[stroke].blade = new;
         Ok(first..self.triangles.len())
     }
@@ -230,12 +209,7 @@ impl Cuts {
             }
         }
         let first = self.triangles.len();
-        let weld_tolerance = self.settings.weld_tolerance;
-        let weld = |&p: &DVec3| {
-            let known = self.vertex_near(p, weld_tolerance);
-            known.unwrap_or_else(|| self.new_vertex(p))
-        };
-        let welded: Vec<u32> = vertices.iter().map(weld).collect();
+        let welded: Vec<u32> = vertices.iter().map(|&p| self.welded(p)).collect();
         for corners in triangles {
             self.add(corners.map(|c| welded[c as usize]));
         }
@@ -306,16 +280,6 @@ impl Cuts {
         0.5 * (q - p).cross(r - p).length()
     }
 
-    /// The edge at which the cut ends that is nearest to a point, and its point there, if there is one
-    /// within a distance. Of edges that meet at that point it is the one most across the path to it.
-    pub(crate) fn nearest_free_edge(
-        &self,
-        point: DVec3,
-        within: f64,
-    ) -> Option<([DVec3; 2], DVec3)> {
-        self.edges.nearest_free(&self.vertices, point, within)
-    }
-
     /// Whether the segment `ab` (m, material coordinates) crosses the cut.
     ///
     /// Exact, and true for all coordinates that are finite: no tolerance is involved.
@@ -341,18 +305,6 @@ impl Cuts {
             && segment_crosses_triangle(a, b, p, q, r)
     }
 
-    /// Numbers of the edges that a path may bend around and that may meet the box, sorted, each once; replaces what
-    /// `out` held. Gives whether the cut may end in the box: false only if an even number of triangles meets at each
-    /// of its edges there.
-    pub(crate) fn diffraction_edges_into(&self, near: &Bounds, out: &mut Vec<u32>) -> bool {
-        self.edges.diffraction_edges_into(near, out)
-    }
-
-    /// The shortest path over one of these edges.
-    pub(crate) fn diffraction_point(&self, edge: u32, a: DVec3, b: DVec3) -> DiffractionPoint {
-        self.edges.diffraction_point(&self.vertices, edge, a, b)
-    }
-
     /// Bytes held on the heap, about.
     #[must_use]
     pub fn bytes(&self) -> usize {
@@ -374,45 +326,48 @@ impl Cuts {
         }
     }
 
-    pub(crate) fn weld_tolerance(&self) -> f64 {
-        self.settings.weld_tolerance
-    }
-
-    /// Whether a vertex is one of the stroke's last edge.
-    pub(crate) fn is_in_front(&self, stroke: usize, vertex: u32) -> bool {
-        self.strokes[stroke].blade.contains(&vertex)
-    }
-
-    /// Whether a triangle has a corner on the stroke's last edge.
-    pub(crate) fn hangs_on_front(&self, stroke: usize, triangle: u32) -> bool {
-        let mut corners = self.triangles[triangle as usize].iter();
-        corners.any(|&v| self.is_in_front(stroke, v))
-    }
-
-    /// Calls `f` with the number of each triangle whose box meets `near`.
-    pub(crate) fn faces_in(&self, near: &Bounds, f: impl FnMut(u32)) {
-        self.forest.in_box(near, f);
-    }
-
-    /// Lengths along a polyline as fractions of the whole.
-    fn parameters(&self, line: &[u32]) -> Vec<f64> {
-        let at = |k: usize| self.vertices[line[k] as usize];
-        let mut lengths = vec![0.0];
-        for k in 1..line.len() {
-            lengths.push(lengths[k - 1] + at(k).distance(at(k - 1)));
-        }
-        let total = lengths[line.len() - 1];
-        if total > 0.0 {
-            for length in &mut lengths {
-                *length /= total;
+    /// The nearest vertex within the tolerance; else a new one.
+    fn welded(&mut self, point: DVec3) -> u32 {
+        let tolerance = self.settings.weld_tolerance;
+        let mut best: Option<(f64, u32)> = None;
+        let near = Bounds::of(&[point]).grown(tolerance);
+        self.vertex_index.in_box(&near, |vertex| {
+            let distance = self.vertices[vertex as usize].distance(point);
+            if distance <= tolerance && best.is_none_or(|found| (distance, vertex) < found) {
+                best = Some((distance, vertex));
             }
+        });
+        best.map_or_else(|| self.new_vertex(point), |(_, vertex)| vertex)
+    }
+
+    fn new_vertex(&mut self, point: DVec3) -> u32 {
+        let vertex = index32(self.vertices.len());
+        self.vertices.push(point);
+        self.vertex_index.insert(vertex, [point; 3]);
+        vertex
+    }
+
+    /// Vertices of a polyline with their positions along it: by length, as fractions of the whole, or by number.
+    fn placed(&self, line: &[u32], by_length: bool) -> Vec<(f64, u32)> {
+        if !by_length {
+            return (0..).map(f64::from).zip(line.iter().copied()).collect();
         }
-        lengths
+        let at = |vertex: u32| self.vertices[vertex as usize];
+        let mut placed: Vec<(f64, u32)> = vec![(0.0, line[0])];
+        for pair in line.windows(2) {
+            let passed = placed[placed.len() - 1].0;
+            placed.push((passed + at(pair[1]).distance(at(pair[0])), pair[1]));
+        }
+        let total = placed[placed.len() - 1].0;
+        if total > 0.0 {
+            placed.iter_mut().for_each(|(length, _)| *length /= total);
+        }
+        placed
     }
 
     fn add(&mut self, corners: [u32; 3]) {
         let [p, q, r] = corners.map(|v| self.vertices[v as usize]);
-        if normal_signs(p, q, r) != [0; 3] && !self.edges.has(&self.vertices, corners) {
+        if normal_signs(p, q, r) != [0; 3] && !self.has(corners) {
             self.push(corners);
         }
     }
@@ -422,8 +377,7 @@ impl Cuts {
         self.triangles.push(corners);
         let places = corners.map(|v| self.vertices[v as usize]);
         self.forest.insert(triangle, places);
-        self.edges
-            .add(&self.vertices, corners, self.settings.influence_radius);
+        self.add_edges(corners, self.settings.influence_radius);
     }
 }
 

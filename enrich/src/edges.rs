@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 
 use crate::bounds::Bounds;
+use crate::cuts::Cuts;
 use crate::face::nearest_on_segment;
 use crate::forest::Forest;
 use crate::index32;
@@ -12,10 +13,19 @@ use crate::index32;
 /// Where the shortest path between two points passes an edge of a cut.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct DiffractionPoint {
+    /// The edge.
+    pub(crate) edge: u32,
     /// Point of the edge with the shortest path from `a` over it to `b` (m).
     pub(crate) point: DVec3,
     /// Unit vector away from the cut.
     pub(crate) outward: DVec3,
+}
+
+impl DiffractionPoint {
+    /// The point so far outside.
+    pub(crate) fn outside(&self, offset: f64) -> DVec3 {
+        self.point + offset * self.outward
+    }
 }
 
 #[derive(Debug, Clone)]
@@ -46,82 +56,89 @@ fn key(vertices: &[DVec3], a: u32, b: u32) -> [u32; 2] {
 }
 
 impl Edges {
+    /// Bytes held on the heap, about.
+    pub(crate) fn bytes(&self) -> usize {
+        self.edges.capacity() * size_of::<Edge>()
+            + self.edges.len() * 16
+            + self.of.capacity() * 16
+            + self.index.bytes()
+    }
+}
+
+impl Cuts {
     /// Adds the three edges of a triangle; `straight` (m) as [`outward`] takes it.
-    pub(crate) fn add(&mut self, vertices: &[DVec3], corners: [u32; 3], straight: f64) {
+    pub(crate) fn add_edges(&mut self, corners: [u32; 3], straight: f64) {
+        let (vertices, edges) = (&self.vertices, &mut self.edges);
         for k in 0..3 {
             let ends = key(vertices, corners[k], corners[(k + 1) % 3]);
-            self.add_edge(vertices, ends, corners[(k + 2) % 3], straight);
+            let [a, b] = ends.map(|v| vertices[v as usize]);
+            let number = *edges.of.entry(ends).or_insert_with(|| {
+                let number = index32(edges.edges.len());
+                edges.edges.push(Edge {
+                    ends,
+                    opposite: Vec::new(),
+                    outward: DVec3::ZERO,
+                });
+                edges.index.insert(number, [a, b, b]);
+                number
+            });
+            let edge = &mut edges.edges[number as usize];
+            edge.opposite.push(corners[(k + 2) % 3]);
+            let along = (b - a).normalize_or_zero();
+            let inward = |&v: &u32| {
+                let corner = vertices[v as usize];
+                let to = corner - a;
+                (corner, to - to.dot(along) * along)
+            };
+            let mut inward: Vec<(DVec3, DVec3)> = edge.opposite.iter().map(inward).collect();
+            edge.outward = outward(&mut inward, straight);
         }
     }
 
-    fn add_edge(&mut self, vertices: &[DVec3], ends: [u32; 2], opposite: u32, straight: f64) {
-        let number = *self.of.entry(ends).or_insert_with(|| {
-            let number = index32(self.edges.len());
-            self.edges.push(Edge {
-                ends,
-                opposite: Vec::new(),
-                outward: DVec3::ZERO,
-            });
-            let [p, q] = ends.map(|v| vertices[v as usize]);
-            self.index.insert(number, [p, q, q]);
-            number
-        });
-        let edge = &mut self.edges[number as usize];
-        edge.opposite.push(opposite);
-        let [a, b] = ends.map(|v| vertices[v as usize]);
-        let along = (b - a).normalize_or_zero();
-        let inward = |&v: &u32| {
-            let corner = vertices[v as usize];
-            let to = corner - a;
-            (corner, to - to.dot(along) * along)
-        };
-        let mut inward: Vec<(DVec3, DVec3)> = edge.opposite.iter().map(inward).collect();
-        edge.outward = outward(&mut inward, straight);
-    }
-
     /// Whether there is a triangle with these corners.
-    pub(crate) fn has(&self, vertices: &[DVec3], [a, b, c]: [u32; 3]) -> bool {
-        let found = self.of.get(&key(vertices, a, b));
-        found.is_some_and(|&edge| self.edges[edge as usize].opposite.contains(&c))
+    pub(crate) fn has(&self, [a, b, c]: [u32; 3]) -> bool {
+        let found = self.edges.of.get(&key(&self.vertices, a, b));
+        found.is_some_and(|&edge| self.edges.edges[edge as usize].opposite.contains(&c))
     }
 
-    /// The edge with one triangle that is nearest to a point, and its point there, if there is one within a
-    /// distance. Of edges that meet at that point it is the one most across the path to it.
-    pub(crate) fn nearest_free(
+    /// The edge with one triangle, at which the cut ends, that is nearest to a point, and its point there, if there is
+    /// one within a distance. Of edges that meet at that point it is the one most across the path to it.
+    pub(crate) fn nearest_free_edge(
         &self,
-        vertices: &[DVec3],
         point: DVec3,
         within: f64,
     ) -> Option<([DVec3; 2], DVec3)> {
+        let nearest = |edge: u32| nearest_on_segment(self.ends(edge), point);
         let mut near: Vec<(f64, u32)> = Vec::new();
         let around = Bounds::of(&[point]).grown(within);
-        self.index.in_box(&around, |edge| {
-            if self.edges[edge as usize].opposite.len() == 1 {
-                near.push((point.distance(self.nearest(vertices, edge, point)), edge));
+        self.edges.index.in_box(&around, |edge| {
+            if self.edges.edges[edge as usize].opposite.len() == 1 {
+                near.push((point.distance(nearest(edge)), edge));
             }
         });
         near.retain(|found| found.0 <= within);
-        let nearest = near.iter().map(|found| found.0).reduce(f64::min)?;
-        let round_off = 1e-9 * (nearest + within);
+        let least = near.iter().map(|found| found.0).reduce(f64::min)?;
+        let round_off = 1e-9 * (least + within);
         let across = |edge: u32| {
-            let [p, q] = self.ends(vertices, edge);
+            let [p, q] = self.ends(edge);
             let along = (q - p).normalize_or_zero();
             let [from_p, from_q] = [point - p, point - q].map(|way| way.cross(along).length());
             from_p.max(from_q)
         };
-        let tied = near.iter().filter(|found| found.0 <= nearest + round_off);
+        let tied = near.iter().filter(|found| found.0 <= least + round_off);
         let order = |a: u32, b: u32| across(a).total_cmp(&across(b)).then(b.cmp(&a));
         let (_, edge) = *tied.max_by(|a, b| order(a.1, b.1))?;
-        let nearest = self.nearest(vertices, edge, point);
-        Some((self.ends(vertices, edge), nearest))
+        Some((self.ends(edge), nearest(edge)))
     }
 
-    /// Edges around which paths can pass near a box, sorted; whether the cut ends there.
+    /// Numbers of the edges that a path may bend around and that may meet the box, sorted, each once; replaces what
+    /// `out` held. Gives whether the cut may end in the box: false only if an even number of triangles meets at each
+    /// of its edges there.
     pub(crate) fn diffraction_edges_into(&self, near: &Bounds, out: &mut Vec<u32>) -> bool {
         out.clear();
         let mut ends = false;
-        self.index.in_box(near, |number| {
-            let edge = &self.edges[number as usize];
+        self.edges.index.in_box(near, |number| {
+            let edge = &self.edges.edges[number as usize];
             ends |= edge.opposite.len() % 2 == 1;
             if edge.outward != DVec3::ZERO {
                 out.push(number);
@@ -131,17 +148,11 @@ impl Edges {
         ends
     }
 
-    /// The best point of an edge is where the path, unfolded into a plane, is straight:
+    /// The shortest path over an edge. Its best point is where the path, unfolded into a plane, is straight:
     /// `t = (t_a d_b + t_b d_a) / (d_a + d_b)` with the coordinates t along the edge and the
     /// distances d to its line; clamped to the edge.
-    pub(crate) fn diffraction_point(
-        &self,
-        vertices: &[DVec3],
-        edge: u32,
-        a: DVec3,
-        b: DVec3,
-    ) -> DiffractionPoint {
-        let [p, q] = self.ends(vertices, edge);
+    pub(crate) fn diffraction_point(&self, edge: u32, a: DVec3, b: DVec3) -> DiffractionPoint {
+        let [p, q] = self.ends(edge);
         let length = p.distance(q);
         let along = (q - p) / length;
         let (t_a, t_b) = ((a - p).dot(along), (b - p).dot(along));
@@ -153,30 +164,21 @@ impl Edges {
             0.5 * (t_a + t_b)
         };
         DiffractionPoint {
+            edge,
             point: p + t.clamp(0.0, length) * along,
-            outward: self.edges[edge as usize].outward,
+            outward: self.edges.edges[edge as usize].outward,
         }
     }
 
-    /// Bytes held on the heap, about.
-    pub(crate) fn bytes(&self) -> usize {
-        self.edges.capacity() * size_of::<Edge>()
-            + self.edges.len() * 16
-            + self.of.capacity() * 16
-            + self.index.bytes()
-    }
-
-    fn ends(&self, vertices: &[DVec3], edge: u32) -> [DVec3; 2] {
-        self.edges[edge as usize].ends.map(|v| vertices[v as usize])
-    }
-
-    fn nearest(&self, vertices: &[DVec3], edge: u32, point: DVec3) -> DVec3 {
-        nearest_on_segment(self.ends(vertices, edge), point)
+    fn ends(&self, edge: u32) -> [DVec3; 2] {
+        self.edges.edges[edge as usize]
+            .ends
+            .map(|v| self.vertices[v as usize])
     }
 }
 
 /// Orders points by x, then y, then z; what depends on it does not depend on the order of arrival.
-pub(crate) fn before(a: DVec3, b: DVec3) -> bool {
+fn before(a: DVec3, b: DVec3) -> bool {
     (a.x, a.y, a.z) < (b.x, b.y, b.z)
 }
 
@@ -199,7 +201,7 @@ const FACE: f64 = 0.125;
 /// * `inward` -- per piece at the edge a point of it to sort by, and the vector (m) from the edge to its
 ///   far end.
 /// * `radius` -- influence radius (m), about.
-pub(crate) fn outward(inward: &mut [(DVec3, DVec3)], radius: f64) -> DVec3 {
+fn outward(inward: &mut [(DVec3, DVec3)], radius: f64) -> DVec3 {
     inward.sort_by(|(a, _), (b, _)| {
         let order = |a: f64, b: f64| a.total_cmp(&b);
         order(a.x, b.x).then(order(a.y, b.y)).then(order(a.z, b.z))

@@ -1,42 +1,20 @@
-//! The faces that a cut opens: sides, distances, area vectors.
+//! Points of triangles and of the cut that are nearest to others.
 
 use glam::DVec3;
 
 use crate::bounds::Bounds;
 use crate::cuts::Cuts;
-use crate::predicate::above;
-
-/// Nearest point of a cut.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub struct NearestCut {
-    /// The triangle that decides the side.
-    pub triangle: u32,
-    /// The nearest point (m).
-    pub point: DVec3,
-    /// Its distance (m).
-    pub distance: f64,
-    /// 1 on the side that the triangle's normal points to, −1 on the other; a point on the cut gets
-    /// a side by the crate's tie rule.
-    pub side: i8,
-}
 
 impl Cuts {
-    /// Nearest point of the cut within a distance, and the side on which `point` lies there.
-    ///
-    /// Sides of one stroke agree with each other as long as the strip is not twisted by half a turn;
-    /// beyond the end of a cut they are those of its continued end.
-    #[must_use]
-    pub fn nearest(&self, point: DVec3, within: f64) -> Option<NearestCut> {
+    /// Nearest point (m) of the cut within a distance, and its distance (m).
+    pub(crate) fn nearest(&self, point: DVec3, within: f64) -> Option<(DVec3, f64)> {
         let mut near = Vec::new();
-        self.faces_in(&Bounds::of(&[point]).grown(within), |triangle| {
-            near.push(triangle);
-        });
+        let around = Bounds::of(&[point]).grown(within);
+        self.forest.in_box(&around, |triangle| near.push(triangle));
         near.sort_unstable();
-        let mut best: Option<(f64, f64, u32, DVec3)> = None;
+        let mut best: Option<(f64, f64, DVec3)> = None;
         for triangle in near {
-            let corners = self.triangle(triangle as usize);
-            let at = nearest_on_triangle(corners, point);
+            let at = nearest_on_triangle(self.triangle(triangle as usize), point);
             let distance = at.distance(point);
             if distance > within {
                 continue;
@@ -45,23 +23,15 @@ impl Cuts {
             // decides: near an edge the others are seen from behind.
             let normal = self.normal(triangle as usize);
             let height = (point - at).normalize_or_zero().dot(normal).abs();
-            let nearer = best.is_none_or(|(d, h, _, _)| {
+            let nearer = best.is_none_or(|(d, h, _)| {
                 let tie = 1e-12 * (d + distance);
                 distance < d - tie || (distance <= d + tie && height > h)
             });
             if nearer {
-                best = Some((distance, height, triangle, at));
+                best = Some((distance, height, at));
             }
         }
-        best.map(|(distance, _, triangle, at)| {
-            let [p, q, r] = self.triangle(triangle as usize);
-            NearestCut {
-                triangle,
-                point: at,
-                distance,
-                side: if above(p, q, r, point) { 1 } else { -1 },
-            }
-        })
+        best.map(|(distance, _, at)| (at, distance))
     }
 }
 

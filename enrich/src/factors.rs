@@ -15,7 +15,6 @@ use crate::rule::Rule;
 
 /// How far nodes are coupled, and by what rule a cut weakens a pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FactorSettings {
     /// How far a node is coupled. Twice the mean length of a node's pairs was found best for edges of
     /// tetrahedra and of triangles (1.8 and 2.2 move the opening of an edge crack by about 1 %).
@@ -32,16 +31,6 @@ impl Default for FactorSettings {
             rule: Rule::Diffraction,
         }
     }
-}
-
-/// What an update changed.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct Changed {
-    /// Pairs whose factor fell, sorted; with `(i, j)` always also `(j, i)`.
-    pub pairs: Vec<u32>,
-    /// Nodes of these pairs, sorted.
-    pub nodes: Vec<u32>,
 }
 
 /// One factor in `0..=1` for each directed pair of a symmetric graph, equal in both directions.
@@ -74,7 +63,7 @@ pub struct Changed {
 /// let new = cuts.append(stroke, &[DVec3::new(0.5, 9.0, -9.0), DVec3::new(0.5, 9.0, 9.0)])?;
 /// let touched = factors.update(&graph, &cuts, new, &|_| true);
 /// assert_eq!(factors.to_vec(), [0.0, 0.0]);
-/// assert_eq!(touched.nodes, [0, 1]);
+/// assert_eq!(touched, [0, 1]);
 /// assert_eq!(factors.crossed(&graph).collect::<Vec<_>>(), [(0, 1, 0.0)]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -137,6 +126,9 @@ impl PairFactors {
     /// * `new` -- numbers of the pieces that came since the last update.
     /// * `inside` -- whether a point of material coordinates lies in the uncut body: a path must.
     ///
+    /// # Returns
+    /// The nodes of the pairs whose factor fell, ascending.
+    ///
     /// # Panics
     /// If `new` names pieces that are not there, or the graph has other numbers of nodes and pairs
     /// than that of the start.
@@ -146,7 +138,7 @@ impl PairFactors {
         cut: &Cuts,
         new: Range<usize>,
         inside: &(dyn Fn(DVec3) -> bool + Sync),
-    ) -> Changed {
+    ) -> Vec<u32> {
         self.check_same(graph);
         let (end, all) = (new.end, cut.triangle_count());
         assert!(end <= all, "triangle {end} of {all}");
@@ -174,7 +166,7 @@ impl PairFactors {
                 .map_init(PathScratch::default, evaluate)
                 .collect()
         };
-        let mut touched = Changed::default();
+        let mut touched = Vec::new();
         for (&(i, pair), (value, outward)) in candidates.iter().zip(values) {
             if value >= self.factor(pair as usize) {
                 continue;
@@ -189,12 +181,10 @@ impl PairFactors {
                     self.conormals.insert(pair, outward);
                 }
             }
-            touched.pairs.extend([pair, back]);
-            touched.nodes.extend([i, j]);
+            touched.extend([i, j]);
         }
-        touched.pairs.sort_unstable();
-        touched.nodes.sort_unstable();
-        touched.nodes.dedup();
+        touched.sort_unstable();
+        touched.dedup();
         touched
     }
 

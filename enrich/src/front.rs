@@ -75,8 +75,9 @@ pub(crate) struct Front {
     /// Distance of the nodes (m).
     spacing: f64,
     samples: Vec<Sample>,
-    /// First and last point (m) where the sheet began, and of the front when it moved last.
-    line: Option<[[DVec3; 2]; 2]>,
+    /// First and last point (m) of the line at which the sheet began, and of the front when it moved last, also those
+    /// beyond the surface; `None` if there is no sheet yet.
+    pub(crate) line: Option<[[DVec3; 2]; 2]>,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -153,12 +154,6 @@ impl Front {
             && line.all(|x| x.is_finite())
             && (self.samples.iter()).all(|s| s.way.is_finite() && is_finite(s))
             && self.samples.iter().enumerate().all(hangs)
-    }
-
-    /// First and last point (m) of the line at which the sheet began, and of the front when it moved
-    /// last, also those beyond the surface; `None` if there is no sheet yet.
-    pub(crate) fn line(&self) -> Option<[[DVec3; 2]; 2]> {
-        self.line
     }
 
     /// Moves the front to where the blade is now, and adds the strip to the cut.

@@ -125,14 +125,13 @@ impl Graph<'_> {
     }
 }
 
-/// Rows of a symmetric graph that are owned: made from edges or from lists of neighbours.
+/// Rows of a symmetric graph that are owned.
 ///
 /// ```
 /// use phyxel_enrich::glam::DVec3;
 /// use phyxel_enrich::Rows;
 ///
-/// // As a search gives them: one way only, in any order, with the node itself.
-/// let rows = Rows::from_lists(&[vec![0, 2, 1], vec![], vec![1]])?;
+/// let rows = Rows::from_edges(3, [[0, 2], [1, 0], [2, 1]])?;
 /// assert_eq!(rows.offsets(), [0, 2, 4, 6]);
 /// assert_eq!(rows.indices(), [1, 2, 0, 2, 0, 1]);
 /// let graph = rows.graph(&[DVec3::ZERO, DVec3::X, DVec3::Y])?;
@@ -181,18 +180,6 @@ impl Rows {
         Ok(Self { offsets, indices })
     }
 
-    /// Joins each node with the nodes of its list, both ways; the node itself may be in it.
-    ///
-    /// # Errors
-    /// As [`Rows::from_edges`].
-    pub fn from_lists<L: AsRef<[u32]>>(lists: &[L]) -> Result<Self, GraphError> {
-        let edges = (0_u32..).zip(lists).flat_map(|(node, list)| {
-            let others = list.as_ref().iter().filter(move |&&other| other != node);
-            others.map(move |&other| [node, other])
-        });
-        Self::from_edges(lists.len(), edges)
-    }
-
     /// Start of each row, shape `(n + 1)`.
     #[must_use]
     pub fn offsets(&self) -> &[u32] {
@@ -216,7 +203,6 @@ impl Rows {
 
 /// Influence radius of a node; that of a pair is the mean of its two nodes'.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum InfluenceRadius {
     /// This multiple of the mean length of the node's pairs.

@@ -13,7 +13,6 @@ mod factors;
 mod forest;
 mod front;
 mod graph;
-mod joint;
 mod ligament;
 mod path;
 mod pieces;
@@ -29,8 +28,7 @@ pub use comparators::{
 pub use cut_rule::{CutRule, Factors, SMALLEST_PART};
 pub use cuts::{CutSettings, Cuts};
 pub use error::{CutError, GraphError};
-pub use face::NearestCut;
-pub use factors::{Changed, FactorSettings, PairFactors};
+pub use factors::{FactorSettings, PairFactors};
 pub use front::Patch;
 pub use glam;
 pub use graph::{Graph, InfluenceRadius, Rows};

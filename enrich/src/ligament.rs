@@ -2,9 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use crate::factors::{Changed, PairFactors};
+use crate::factors::PairFactors;
 use crate::graph::Graph;
-use crate::index32;
 use crate::pieces::Walks;
 
 /// Parts by the number of a walk.
@@ -17,19 +16,24 @@ impl PairFactors {
     ///
     /// A part is what pairs that no cut crosses hold together. One of fewer than `smallest` nodes stays with the part that its
     /// crossed pairs join it to most strongly, by the sum of their factors. `touched` is what the last
-    /// [`PairFactors::update`] gave; pairs and nodes that are severed are added to it. The time follows the nodes near the
+    /// [`PairFactors::update`] gave; nodes of pairs that are severed are added to it. The time follows the nodes near the
     /// touched ones, and where a part comes off the size of the smaller one.
     ///
     /// # Panics
     /// If the graph has other numbers of nodes and pairs than that of the start.
-    pub fn sever_ligaments(&mut self, graph: &Graph<'_>, touched: &mut Changed, smallest: usize) {
+    pub(crate) fn sever_ligaments(
+        &mut self,
+        graph: &Graph<'_>,
+        touched: &mut Vec<u32>,
+        smallest: usize,
+    ) {
         self.check_same(graph);
-        if touched.nodes.is_empty() {
+        if touched.is_empty() {
             return;
         }
         let mut walks = Walks::new(graph.positions.len());
-        walks.begin(&touched.nodes);
-        walks.begin(&self.bent_to(graph, &touched.nodes));
+        walks.begin(touched);
+        walks.begin(&self.bent_to(graph, touched));
         loop {
             if !walks.stay_apart(|node, reach| self.whole_pairs(graph, node, reach)) {
                 return;
@@ -59,14 +63,11 @@ impl PairFactors {
         for (parts, node, pair) in bent {
             if group[&parts[0]] != group[&parts[1]] {
                 self.sever(pair);
-                touched.pairs.push(index32(pair));
-                touched.nodes.push(node);
+                touched.push(node);
             }
         }
-        touched.pairs.sort_unstable();
-        touched.pairs.dedup();
-        touched.nodes.sort_unstable();
-        touched.nodes.dedup();
+        touched.sort_unstable();
+        touched.dedup();
     }
 
     /// Ends of the pairs of a node that no cut crosses.

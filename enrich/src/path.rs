@@ -11,13 +11,12 @@ use crate::edges::DiffractionPoint;
 pub(crate) struct PathScratch {
     near: Vec<u32>,
     stops: Vec<Stop>,
-    path: Vec<(u32, DiffractionPoint)>,
+    path: Vec<DiffractionPoint>,
 }
 
 /// An edge that a path may bend around.
 #[derive(Debug, Clone, Copy)]
 struct Stop {
-    id: u32,
     /// Length of the path around this edge alone: no path over the edge is shorter.
     least: f64,
     /// Where the shortest path found so far passes it.
@@ -88,7 +87,6 @@ pub(crate) fn shortest_path(
         let least = a.distance(diffraction.point) + diffraction.point.distance(b);
         if least < radius {
             stops.push(Stop {
-                id,
                 least,
                 diffraction,
                 reached: f64::INFINITY,
@@ -97,7 +95,11 @@ pub(crate) fn shortest_path(
             });
         }
     }
-    stops.sort_unstable_by(|x, y| x.least.total_cmp(&y.least).then(x.id.cmp(&y.id)));
+    stops.sort_unstable_by(|x, y| {
+        x.least
+            .total_cmp(&y.least)
+            .then(x.diffraction.edge.cmp(&y.diffraction.edge))
+    });
     let paths = Paths {
         cut,
         inside,
@@ -108,19 +110,15 @@ pub(crate) fn shortest_path(
     let mut best = (radius, DVec3::ZERO);
     let mut shorter = 0;
     while shorter < stops.len() && stops[shorter].least < best.0 {
-        let Stop {
-            id, diffraction, ..
-        } = stops[shorter];
-        if let Some(length) = paths.length(&[(id, diffraction)])
+        let diffraction = stops[shorter].diffraction;
+        if let Some(length) = paths.length(&[diffraction])
             && length < best.0
         {
             best = (length, diffraction.outward);
         }
         shorter += 1;
     }
-    stops.retain(|stop| {
-        stop.least < best.0 && inside(point_outside(&stop.diffraction, paths.offset))
-    });
+    stops.retain(|stop| stop.least < best.0 && inside(stop.diffraction.outside(paths.offset)));
     if stops.len() > 1 && paths.some_seen_from(a, stops) && paths.some_seen_from(b, stops) {
         best = paths.search(best, stops, path, true);
         best = paths.search(best, stops, path, false);
@@ -128,25 +126,17 @@ pub(crate) fn shortest_path(
     (best.0 < radius).then_some(best)
 }
 
-/// The point so far outside of a diffraction point.
-fn point_outside(diffraction: &DiffractionPoint, offset: f64) -> DVec3 {
-    diffraction.point + offset * diffraction.outward
-}
-
 impl Paths<'_> {
     fn some_seen_from(&self, end: DVec3, stops: &[Stop]) -> bool {
-        stops.iter().any(|stop| {
-            !self
-                .cut
-                .crosses(end, point_outside(&stop.diffraction, self.offset))
-        })
+        let outside = |stop: &Stop| stop.diffraction.outside(self.offset);
+        (stops.iter()).any(|stop| !self.cut.crosses(end, outside(stop)))
     }
 
     /// Whether a path crosses nothing if its diffraction points are moved outward by `offset`.
-    fn is_free(&self, path: &[(u32, DiffractionPoint)], offset: f64) -> bool {
+    fn is_free(&self, path: &[DiffractionPoint], offset: f64) -> bool {
         let mut last = self.a;
-        for (_, diffraction) in path {
-            let next = point_outside(diffraction, offset);
+        for diffraction in path {
+            let next = diffraction.outside(offset);
             if self.cut.crosses(last, next) {
                 return false;
             }
@@ -156,11 +146,11 @@ impl Paths<'_> {
     }
 
     /// Length of a path whose diffraction points are moved outward by `offset`.
-    fn length_at(&self, path: &[(u32, DiffractionPoint)], offset: f64) -> f64 {
+    fn length_at(&self, path: &[DiffractionPoint], offset: f64) -> f64 {
         let mut last = self.a;
         let mut length = 0.0;
-        for (_, diffraction) in path {
-            let next = point_outside(diffraction, offset);
+        for diffraction in path {
+            let next = diffraction.outside(offset);
             length += last.distance(next);
             last = next;
         }
@@ -168,10 +158,8 @@ impl Paths<'_> {
     }
 
     /// Length of a path, if it is free.
-    fn length(&self, path: &[(u32, DiffractionPoint)]) -> Option<f64> {
-        let in_body = |(_, diffraction): &(u32, DiffractionPoint)| {
-            (self.inside)(point_outside(diffraction, self.offset))
-        };
+    fn length(&self, path: &[DiffractionPoint]) -> Option<f64> {
+        let in_body = |at: &DiffractionPoint| (self.inside)(at.outside(self.offset));
         if !path.iter().all(in_body) || !self.is_free(path, self.offset) {
             return None;
         }
@@ -194,7 +182,7 @@ impl Paths<'_> {
         tight: bool,
     ) -> bool {
         let point = |diffraction: Option<&DiffractionPoint>, end: DVec3, offset: f64| {
-            diffraction.map_or(end, |diffraction| point_outside(diffraction, offset))
+            diffraction.map_or(end, |diffraction| diffraction.outside(offset))
         };
         let free = |offset: f64| {
             let (from, to) = (point(from, self.a, offset), point(to, self.b, offset));
@@ -211,7 +199,7 @@ impl Paths<'_> {
         &self,
         best: Path,
         stops: &mut [Stop],
-        path: &mut Vec<(u32, DiffractionPoint)>,
+        path: &mut Vec<DiffractionPoint>,
         tight: bool,
     ) -> Path {
         for stop in &mut *stops {
@@ -232,16 +220,13 @@ impl Paths<'_> {
                 path.clear();
                 let mut at = Some(k);
                 while let Some(k) = at {
-                    path.push((stops[k].id, stops[k].diffraction));
+                    path.push(stops[k].diffraction);
                     at = stops[k].from;
                 }
                 path.reverse();
                 return match self.tightened(path, stops) {
                     Some(length) if length < best.0 => {
-                        let outward: DVec3 = path
-                            .iter()
-                            .map(|(_, diffraction)| diffraction.outward)
-                            .sum();
+                        let outward: DVec3 = path.iter().map(|at| at.outward).sum();
                         (length, outward.normalize_or_zero())
                     }
                     _ => best,
@@ -263,7 +248,9 @@ impl Paths<'_> {
                 continue;
             }
             let diffraction = match from {
-                Some(_) => self.cut.diffraction_point(stop.id, last, self.b),
+                Some(_) => self
+                    .cut
+                    .diffraction_point(stop.diffraction.edge, last, self.b),
                 None => stop.diffraction,
             };
             let length = reached + last.distance(diffraction.point);
@@ -280,7 +267,7 @@ impl Paths<'_> {
 
     /// Length of a path after its diffraction points were moved to their best positions, or of the path itself if it is
     /// free no more there.
-    fn tightened(&self, path: &mut [(u32, DiffractionPoint)], stops: &[Stop]) -> Option<f64> {
+    fn tightened(&self, path: &mut [DiffractionPoint], stops: &[Stop]) -> Option<f64> {
         let before = self.length(path);
         for _ in 0..EXCHANGES {
             self.sweep(path);
@@ -295,12 +282,12 @@ impl Paths<'_> {
     }
 
     /// Moves each diffraction point along its edge to the best position between those beside it, again and again.
-    fn sweep(&self, path: &mut [(u32, DiffractionPoint)]) {
+    fn sweep(&self, path: &mut [DiffractionPoint]) {
         let mut length = self.length_at(path, 0.0);
         for _ in 0..SWEEPS {
             for k in 0..path.len() {
                 let (last, next) = self.beside(path, k);
-                path[k].1 = self.cut.diffraction_point(path[k].0, last, next);
+                path[k] = self.cut.diffraction_point(path[k].edge, last, next);
             }
             let swept = self.length_at(path, 0.0);
             if swept > (1.0 - GAIN) * length {
@@ -312,26 +299,19 @@ impl Paths<'_> {
 
     /// Moves diffraction points to other edges where that makes the path shorter, as from one piece of a divided edge
     /// to the next; whether one was moved.
-    fn exchange(&self, path: &mut [(u32, DiffractionPoint)], stops: &[Stop]) -> bool {
+    fn exchange(&self, path: &mut [DiffractionPoint], stops: &[Stop]) -> bool {
         let mut exchanged = false;
         for k in 0..path.len() {
             let (last, next) = self.beside(path, k);
             let length = |point: DVec3| last.distance(point) + point.distance(next);
             for stop in stops {
-                let diffraction = self.cut.diffraction_point(stop.id, last, next);
-                if length(diffraction.point) < (1.0 - GAIN) * length(path[k].1.point)
-                    && self.sees(
-                        path[..k].last().map(|(_, diffraction)| diffraction),
-                        Some(&diffraction),
-                        true,
-                    )
-                    && self.sees(
-                        Some(&diffraction),
-                        path.get(k + 1).map(|(_, diffraction)| diffraction),
-                        true,
-                    )
+                let edge = stop.diffraction.edge;
+                let diffraction = self.cut.diffraction_point(edge, last, next);
+                if length(diffraction.point) < (1.0 - GAIN) * length(path[k].point)
+                    && self.sees(path[..k].last(), Some(&diffraction), true)
+                    && self.sees(Some(&diffraction), path.get(k + 1), true)
                 {
-                    path[k] = (stop.id, diffraction);
+                    path[k] = diffraction;
                     exchanged = true;
                 }
             }
@@ -340,9 +320,8 @@ impl Paths<'_> {
     }
 
     /// Points of a path before and after one of its diffraction points.
-    fn beside(&self, path: &[(u32, DiffractionPoint)], k: usize) -> (DVec3, DVec3) {
-        let point = |&(_, diffraction): &(u32, DiffractionPoint)| diffraction.point;
-        let last = path[..k].last().map_or(self.a, point);
-        (last, path.get(k + 1).map_or(self.b, point))
+    fn beside(&self, path: &[DiffractionPoint], k: usize) -> (DVec3, DVec3) {
+        let last = path[..k].last().map_or(self.a, |at| at.point);
+        (last, path.get(k + 1).map_or(self.b, |at| at.point))
     }
 }

@@ -157,7 +157,12 @@ impl Walks {
     /// `neighbors` calls back with each node that a node is joined to.
     pub(crate) fn stay_apart(&mut self, neighbors: impl Fn(u32, &mut dyn FnMut(u32))) -> bool {
         while self.ends.iter().filter(|ends| !ends.is_empty()).count() > 1 {
-            self.advance(&neighbors);
+            // Every walk goes one neighbour farther.
+            for walk in 1..self.into.len() {
+                for node in std::mem::take(&mut self.ends[walk]) {
+                    neighbors(node, &mut |other| self.reach(walk, other));
+                }
+            }
         }
         let left = (1..self.into.len()).filter(|&walk| self.into[walk] as usize == walk);
         left.count() > 1
@@ -170,15 +175,6 @@ impl Walks {
             walk = next;
         }
         walk
-    }
-
-    /// Every walk goes one neighbour farther.
-    fn advance(&mut self, neighbors: &impl Fn(u32, &mut dyn FnMut(u32))) {
-        for walk in 1..self.into.len() {
-            for node in std::mem::take(&mut self.ends[walk]) {
-                neighbors(node, &mut |other| self.reach(walk, other));
-            }
-        }
     }
 
     fn reach(&mut self, walk: usize, node: u32) {

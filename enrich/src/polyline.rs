@@ -86,6 +86,24 @@ pub(crate) fn swept_surface(from: &[DVec3], to: &[DVec3]) -> Vec<[DVec3; 3]> {
         .collect()
 }
 
+/// Spans the strip between two lines of vertices, each with its position along the line.
+pub(crate) fn span<V: Copy>(old: &[(f64, V)], new: &[(f64, V)], mut add: impl FnMut([V; 3])) {
+    let (mut i, mut j) = (0, 0);
+    while i + 1 < old.len() || j + 1 < new.len() {
+        let move_old = match (old.get(i + 1), new.get(j + 1)) {
+            (Some(old), Some(new)) => old.0 <= new.0,
+            (old, _) => old.is_some(),
+        };
+        if move_old {
+            add([old[i].1, old[i + 1].1, new[j].1]);
+            i += 1;
+        } else {
+            add([new[j].1, old[i].1, new[j + 1].1]);
+            j += 1;
+        }
+    }
+}
+
 /// The part of a path, from 0 to 1, that lies in a box, if any does.
 pub(crate) fn within(from: DVec3, to: DVec3, reach: &Bounds) -> Option<(f64, f64)> {
     let (mut start, mut end) = (0.0_f64, 1.0_f64);

@@ -7,7 +7,6 @@ use crate::path::{OFFSET, PathScratch, shortest_path};
 
 /// How the factor of a crossed pair is found; of a pair that is not crossed it is 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Rule {
     /// Shortest path around the cut, `f = W(L/h) / W(r/h)`; the diffraction criterion

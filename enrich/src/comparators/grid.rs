@@ -17,7 +17,6 @@ use frame::Frame;
 
 /// How fine the lattice is and how far it reaches.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct GridSettings {
     /// Distance of the lattice points (m).
     pub spacing: f64,

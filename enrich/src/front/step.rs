@@ -21,10 +21,8 @@ pub(super) enum Step {
     Go(DVec3),
     /// It moves on to a position outside of the body, and ends.
     Leave(DVec3),
-    /// A new one begins beyond the surface.
-    Enter { from: DVec3, to: DVec3 },
-    /// A new one begins beyond a sheet; the old one ends.
-    Branch { from: DVec3, to: DVec3 },
+    /// A new one begins beyond the surface or beyond a sheet; an old one ends.
+    Begin { from: DVec3, to: DVec3 },
 }
 
 impl Step {
@@ -34,7 +32,7 @@ impl Step {
             Self::None => None,
             Self::Stay => anchor.map(|anchor| [anchor.at; 2]),
             Self::Go(to) | Self::Leave(to) => anchor.map(|anchor| [anchor.at, to]),
-            Self::Enter { from, to } | Self::Branch { from, to } => Some([from, to]),
+            Self::Begin { from, to } => Some([from, to]),
         }
     }
 
@@ -185,7 +183,7 @@ impl Front {
             if anchor.ahead == DVec3::ZERO
                 && let Some((Met::Sheet, from)) = back()
             {
-                return Step::Branch { from, to: at };
+                return Step::Begin { from, to: at };
             }
             return match around.beyond(at, across / length, SKIN * h, h) {
                 Some((Met::Surface, to)) => Step::Leave(to),
@@ -208,7 +206,7 @@ impl Front {
         let h = self.spacing;
         // Put in here: there is no way through a surface or gap that it could have come.
         if self.samples[k].last.is_none() {
-            return Step::Enter { from: at, to: at };
+            return Step::Begin { from: at, to: at };
         }
         if around.cuts.nearest(at, SKIN * h).is_some() {
             return Step::None;
@@ -217,23 +215,19 @@ impl Front {
             Some(EdgePlace::Outside { at: from }) => (from - at, from.distance(at)),
             _ => (-came, 2.0 * came.length() + LOOK * h),
         };
-        match around.beyond(at, way.normalize_or_zero(), reach, h) {
-            Some((Met::Surface, from)) => return Step::Enter { from, to: at },
-            Some((Met::Sheet, from)) => return Step::Branch { from, to: at },
-            None => {}
+        if let Some((_, from)) = around.beyond(at, way.normalize_or_zero(), reach, h) {
+            return Step::Begin { from, to: at };
         }
         let is_inner = |point| around.cuts.nearest_free_edge(point, 1e-6 * h).is_none();
         match around.cuts.nearest(at, 1.5 * h) {
             // Beside the sheet it is in the gap; beyond the sheet's edge it is not.
-            Some(sheet) if sheet.distance <= NEAR * h && is_inner(sheet.point) => Step::None,
-            Some(sheet) => {
-                let back = (sheet.point - at).normalize_or_zero();
-                Step::Branch {
-                    from: sheet.point + back * (THROUGH * h),
-                    to: at,
-                }
+            Some((sheet, distance)) if distance <= NEAR * h && is_inner(sheet) => Step::None,
+            Some((sheet, _)) => {
+                let back = (sheet - at).normalize_or_zero();
+                let from = sheet + back * (THROUGH * h);
+                Step::Begin { from, to: at }
             }
-            None => Step::Enter { from: at, to: at },
+            None => Step::Begin { from: at, to: at },
         }
     }
 

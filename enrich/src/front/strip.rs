@@ -7,6 +7,7 @@ use super::{Anchor, EdgePlace, Front, LOOK, OVERSHOOT, Patch, SKIN, Sample};
 use crate::cuts::Cuts;
 use crate::error::CutError;
 use crate::index32;
+use crate::polyline::span;
 
 /// Samples of one run that begin or join it may be this far apart (in spacings): they lie a spacing
 /// apart on the blade, and tissue is rarely pressed to less than half.
@@ -43,7 +44,7 @@ impl Front {
             let mut old = self.old_front(&run, steps);
             let new = self.new_front(&run, steps, places, &around);
             carry_back_ends(&mut old, &new, steps);
-            span(&old, &new, &mut corners);
+            strip(&old, &new, &mut corners);
             before.extend(old.iter().map(|vertex| vertex.at));
             fronts.push(new);
         }
@@ -192,7 +193,7 @@ impl Front {
             // The corner between the surfaces at the side and ahead.
             Step::Leave(_) => return anchor.and_then(|anchor| Some(at + (old? - anchor.at))),
             Step::Stay => return old,
-            Step::Go(_) | Step::Enter { .. } | Step::Branch { .. } => {}
+            Step::Go(_) | Step::Begin { .. } => {}
         }
         let old_way = anchor.and_then(|anchor| old.map(|old| old - anchor.at));
         let straight = outward.or(old_way).unwrap_or(DVec3::ZERO);
@@ -295,9 +296,7 @@ impl Front {
 fn carry_back_ends(old: &mut Vec<Vertex>, new: &[Vertex], steps: &[Step]) {
     let parallel = |end: &Vertex, inner: &Vertex| {
         let begins = inner.sample.map(|k| steps[k]);
-        let (Some(Step::Enter { from, to } | Step::Branch { from, to }), None) =
-            (begins, end.sample)
-        else {
+        let (Some(Step::Begin { from, to }), None) = (begins, end.sample) else {
             return None;
         };
         let at = from + (end.at - to);
@@ -325,30 +324,21 @@ fn place_along(sample: usize) -> f64 {
 }
 
 /// Spans the strip between two fronts by their positions along the blade.
-fn span(old: &[Vertex], new: &[Vertex], out: &mut Vec<[DVec3; 3]>) {
+fn strip(old: &[Vertex], new: &[Vertex], out: &mut Vec<[DVec3; 3]>) {
     if old.is_empty() || new.is_empty() {
         return;
     }
-    let mut add = |corners: [DVec3; 3]| {
-        let [p, q, r] = corners;
+    let [old, new] = [old, new].map(|front| -> Vec<(f64, DVec3)> {
+        front
+            .iter()
+            .map(|vertex| (vertex.place, vertex.at))
+            .collect()
+    });
+    span(&old, &new, |[p, q, r]| {
         if p != q && q != r && r != p {
-            out.push(corners);
+            out.push([p, q, r]);
         }
-    };
-    let (mut i, mut j) = (0, 0);
-    while i + 1 < old.len() || j + 1 < new.len() {
-        let move_old = match (old.get(i + 1), new.get(j + 1)) {
-            (Some(old), Some(new)) => old.place <= new.place,
-            (old, _) => old.is_some(),
-        };
-        if move_old {
-            add([old[i].at, old[i + 1].at, new[j].at]);
-            i += 1;
-        } else {
-            add([new[j].at, old[i].at, new[j + 1].at]);
-            j += 1;
-        }
-    }
+    });
 }
 
 /// Triangles with each vertex once.

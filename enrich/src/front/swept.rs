@@ -34,7 +34,7 @@ impl SweptPair {
         let beside = || {
             let sheet = cuts.nearest(self.point, NEAR * spacing);
             let hair = 1e-6 * spacing;
-            sheet.is_some_and(|sheet| cuts.nearest_free_edge(sheet.point, hair).is_none())
+            sheet.is_some_and(|(sheet, _)| cuts.nearest_free_edge(sheet, hair).is_none())
         };
         !cuts.crosses(a, b) && !beside()
     }

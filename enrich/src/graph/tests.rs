@@ -38,9 +38,9 @@ proptest! {
         prop_assert_eq!(Graph::new(&x, &offsets, &indices).is_ok(), sound(nodes, &offsets, &indices));
     }
 
-    /// Edges make a graph that names exactly them, both ways; lists make that of their edges.
+    /// Edges make a graph that names exactly them, both ways.
     #[test]
-    fn edges_and_lists_make_the_graph_that_names_them(
+    fn edges_make_the_graph_that_names_them(
         nodes in 2_usize..9, asked in proptest::collection::vec((0_u32..9, 0_u32..9), 0..40),
     ) {
         let count = u32::try_from(nodes).unwrap();
@@ -56,9 +56,6 @@ proptest! {
                 prop_assert_eq!(named, edges.contains(&[i, j]) || edges.contains(&[j, i]));
             }
         }
-        let mut lists: Vec<Vec<u32>> = (0..count).map(|i| vec![i]).collect();
-        edges.iter().for_each(|&[a, b]| lists[a as usize].push(b));
-        prop_assert_eq!(Rows::from_lists(&lists).unwrap(), rows);
     }
 }
 
@@ -79,9 +76,7 @@ fn each_fault_is_named() {
     let lost = [DVec3::ZERO, DVec3::NAN];
     let refused = Graph::new(&lost, &[0, 1, 2], &[1, 0]).unwrap_err();
     assert_eq!(refused, GraphError::NotFinite { node: 1 });
-    let out = row(0, 2);
-    assert_eq!(Rows::from_edges(2, [[0, 2]]).unwrap_err(), out);
-    assert_eq!(Rows::from_lists(&[vec![2_u32], vec![]]).unwrap_err(), out);
+    assert_eq!(Rows::from_edges(2, [[0, 2]]).unwrap_err(), row(0, 2));
     // An edge joins two nodes.
     assert!(Rows::from_edges(1, [[0, 0]]).is_err());
     assert_eq!(Rows::from_edges(0, []).unwrap().offsets(), [0]);
@@ -122,16 +117,4 @@ fn crossed_pairs_are_those_below_one() {
     }
     assert!(expected.len() == factors.crossed_count() && expected.len() > 6);
     assert_eq!(factors.crossed(&graph).collect::<Vec<_>>(), expected);
-}
-
-#[cfg(feature = "serde")]
-#[test]
-fn settings_survive_being_written() {
-    let settings = FactorSettings {
-        influence_radius: InfluenceRadius::Length(0.01),
-        rule: Rule::Visibility,
-    };
-    let all = (settings, CutSettings::for_spacing(0.01));
-    let text = ron::to_string(&all).unwrap();
-    assert_eq!(ron::from_str(&text), Ok(all));
 }

@@ -160,10 +160,8 @@ fn cut_through_an_edge_and_a_vertex_of_the_node_lattice() {
         let same = upper(cloud.x[i]) == upper(cloud.x[j]);
         assert_eq!(factors[pair], if same { 1.0 } else { 0.0 }, "{i} {j}");
     }
-    let on = cuts.nearest(DVec3::new(4.0, 4.0, 1.0), 1.0).unwrap();
-    let upper = cuts.nearest(DVec3::new(5.0, 4.0, 1.0), 1.0).unwrap();
-    assert_eq!(on.side, upper.side);
-    assert!(on.distance < 1e-12);
+    let (_, distance) = cuts.nearest(DVec3::new(4.0, 4.0, 1.0), 1.0).unwrap();
+    assert!(distance < 1e-12);
 }
 
 #[test]

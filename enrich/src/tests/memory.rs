@@ -1,11 +1,11 @@
-//! What factors and cuts hold, and that the search behind it finds the same in any order of nodes.
+//! What cuts hold, and that factors are the same in any order of nodes.
 
 use glam::DVec3;
-use testkit::cloud::{Random, lattice, lattice_rows};
+use testkit::cloud::Random;
 
 use super::slow::{Cloud, inside};
 use super::space_cases::cut;
-use crate::{CutSettings, Cuts, FactorSettings, Graph, PairFactors};
+use crate::{CutSettings, Cuts};
 
 /// A straight strip of `captures` steps of a spacing in a corner of a lattice of spacing 1.
 fn strip(captures: u32) -> Cuts {
@@ -13,37 +13,6 @@ fn strip(captures: u32) -> Cuts {
     let blade = |k: u32| vec![at(k, 1.2), at(k, 4.9)];
     let strokes = vec![(0..=captures).map(blade).collect()];
     cut(&strokes, &CutSettings::for_spacing(1.0))
-}
-
-/// Factors of a lattice body before the strip, and after.
-fn cut_lattice(size: [usize; 3], cuts: &Cuts) -> [PairFactors; 2] {
-    let x = lattice(size, 1.0, 0.2, 3);
-    let (offsets, indices) = lattice_rows(size);
-    let graph = Graph::new(&x, &offsets, &indices).unwrap();
-    let whole = PairFactors::new(&graph, &FactorSettings::default());
-    let mut factors = whole.clone();
-    factors.update(&graph, cuts, 0..cuts.triangle_count(), &|_| true);
-    [whole, factors]
-}
-
-#[test]
-fn factors_take_memory_for_pairs_that_are_cut_and_next_to_none_for_others() {
-    // Nodes of one body begin as those of the other: the strip cuts the same pairs of both.
-    for captures in [2, 8, 20] {
-        let cuts = strip(captures);
-        let small = cut_lattice([24, 6, 7], &cuts);
-        let large = cut_lattice([24, 60, 70], &cuts);
-        let held = |[whole, cut]: &[PairFactors; 2]| cut.bytes() - whole.bytes();
-        for factors in [&small, &large] {
-            let pairs = 2 * factors[1].crossed_count();
-            assert!(pairs > 30 * captures as usize, "{pairs}");
-            let bent = 2 * (factors[1].crossed_count() - factors[1].severed_count());
-            let most = pairs * PairFactors::BYTES_PER_PAIR + bent * PairFactors::BYTES_PER_CONORMAL;
-            assert!(bent > 0 && held(factors) <= most, "{bent} pairs");
-            assert!(held(factors) > pairs * PairFactors::BYTES_PER_PAIR);
-        }
-        assert_eq!([small[0].bytes(), large[0].bytes()], [0, 0], "uncut");
-    }
 }
 
 #[test]

@@ -2,28 +2,17 @@
 
 use testkit::cloud::Random;
 
-use crate::{connected_pieces, is_parted};
+use crate::{Rows, connected_pieces, is_parted};
 
 fn below(random: &mut Random, count: usize) -> usize {
     (random.bits() % count as u64) as usize
 }
 
-/// A random symmetric graph: row starts and neighbours.
-fn graph(random: &mut Random, nodes: usize, links: usize) -> (Vec<u32>, Vec<u32>) {
-    let mut rows = vec![Vec::new(); nodes];
-    for _ in 0..links {
-        let (i, j) = (below(random, nodes), below(random, nodes));
-        if i != j && !rows[i].contains(&(j as u32)) {
-            rows[i].push(j as u32);
-            rows[j].push(i as u32);
-        }
-    }
-    let mut offsets = vec![0];
-    for row in &mut rows {
-        row.sort_unstable();
-        offsets.push(offsets[offsets.len() - 1] + row.len() as u32);
-    }
-    (offsets, rows.concat())
+/// A random symmetric graph.
+fn graph(random: &mut Random, nodes: usize, links: usize) -> Rows {
+    let end = |random: &mut Random| below(random, nodes) as u32;
+    let links = (0..links).map(|_| [end(random), end(random)]);
+    Rows::from_edges(nodes, links.filter(|[i, j]| i != j)).unwrap()
 }
 
 #[test]
@@ -32,9 +21,10 @@ fn a_piece_is_parted_when_the_pieces_become_more() {
     let (mut parted, mut whole) = (0, 0);
     for _ in 0..200 {
         let nodes = 2 + below(&mut random, 60);
-        let (offsets, indices) = graph(&mut random, nodes, nodes + nodes / 2);
+        let rows = graph(&mut random, nodes, nodes + nodes / 2);
+        let (offsets, indices) = (rows.offsets(), rows.indices());
         let mut factors = vec![1.0; indices.len()];
-        let mut before = connected_pieces(&offsets, &indices, &factors);
+        let mut before = connected_pieces(offsets, indices, &factors);
         while factors.iter().any(|factor| *factor > 0.0) {
             let mut touched = Vec::new();
             for i in 0..nodes {
@@ -49,9 +39,9 @@ fn a_piece_is_parted_when_the_pieces_become_more() {
                     }
                 }
             }
-            let after = connected_pieces(&offsets, &indices, &factors);
+            let after = connected_pieces(offsets, indices, &factors);
             let more = after.sizes.len() > before.sizes.len();
-            let found = is_parted(&offsets, &indices, &factors, &touched, &before.piece);
+            let found = is_parted(offsets, indices, &factors, &touched, &before.piece);
             assert_eq!(found, more, "{} nodes, touched {touched:?}", nodes);
             *(if more { &mut parted } else { &mut whole }) += 1;
             before = after;

@@ -61,12 +61,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let new = cuts.append(stroke, &blade(0.0))?;
     let touched = factors.update(&pairs, &cuts, new, &|x| block.contains(x));
     let factor = |pair| factors.factor(pair);
-    stencils.update_rows(x, &graph, factor, &touched.nodes)?;
+    stencils.update_rows(x, &graph, factor, &touched)?;
     let front = |&node: &u32| factors.front_matrix(&pairs, node as usize);
-    let fronts: Vec<_> = touched.nodes.iter().map(front).collect();
+    let fronts: Vec<_> = touched.iter().map(front).collect();
     let energy = body.apply_cut(
         &CutInput {
-            touched: &touched.nodes,
+            touched: &touched,
             stencils: &rows(&graph, &stencils),
             left: &factor,
             fronts: &fronts,
