@@ -22,10 +22,12 @@ enum Version {
     Four,
 }
 
-/// Numbers of a file, from words or bytes.
+/// Numbers of a file: words of a line for each node and element, or bytes.
 struct Source<'a> {
     text: Text<'a>,
     version: Version,
+    /// What is left of the present line, where numbers are words.
+    words: Words<'a>,
 }
 
 pub(super) fn parse(bytes: &[u8]) -> Result<Raw, ReadError> {
@@ -33,6 +35,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, ReadError> {
     let mut source = Source {
         text: Text::new(bytes),
         version: Version::One,
+        words: Words::default(),
     };
     // Node numbers are sparse: (number, index), sorted once all are read.
     let mut numbers: Vec<(i64, u32)> = Vec::new();
@@ -70,7 +73,7 @@ impl Source<'_> {
                 let what = "binary MSH files with floats or indices of other than 8 bytes";
                 return Err(unsupported(what, "save with 8 bytes or as text", place));
             }
-            let place = self.place();
+            let place = self.text.place();
             self.text.order = self.text.order.or(Some(Order::Little));
             self.text.order = Some(match self.int("the number 1")? {
                 1 => Order::Little,
@@ -81,112 +84,132 @@ impl Source<'_> {
         Ok(())
     }
 
+    fn in_words(&self) -> bool {
+        self.text.order.is_none()
+    }
+
     fn place(&self) -> TextPlace {
-        self.text.place()
+        if self.in_words() {
+            self.words.place()
+        } else {
+            self.text.place()
+        }
     }
 
-    /// A four-byte integer.
+    /// Begins the line of a node, an element or a block of them, where numbers are words.
+    fn record(&mut self, expected: &'static str) -> Result<(), ReadError> {
+        if self.in_words() {
+            self.words = self.text.full_line(expected)?;
+        }
+        Ok(())
+    }
+
+    fn whole(&mut self, kind: Scalar, expected: &'static str) -> Result<i64, ReadError> {
+        if self.in_words() {
+            self.words.integer(expected)
+        } else {
+            self.text.whole(kind, expected)
+        }
+    }
+
+    /// A number of four bytes, or a word.
     fn int(&mut self, expected: &'static str) -> Result<i64, ReadError> {
-        self.text.whole(Scalar::I32, expected)
+        self.whole(Scalar::I32, expected)
     }
 
-    /// An eight-byte count or number.
+    /// A count or number of eight bytes, or a word.
     fn long(&mut self, expected: &'static str) -> Result<i64, ReadError> {
-        self.text.whole(Scalar::I64, expected)
+        self.whole(Scalar::I64, expected)
     }
 
-    /// A count of things of at least `least` bytes each of what follows.
-    fn checked(&self, value: i64, what: &'static str, least: usize) -> Result<usize, ReadError> {
+    /// A count of things of at least so many bytes each of what follows, as words and as bytes.
+    fn checked(
+        &self,
+        value: i64,
+        what: &'static str,
+        [word, byte]: [usize; 2],
+    ) -> Result<usize, ReadError> {
+        let least = if self.in_words() { word } else { byte };
         self.text.checked(value, what, least, self.place())
     }
 
-    fn binary_point(&mut self, raw: &mut Raw) -> Result<(), ReadError> {
+    fn point(&mut self, raw: &mut Raw) -> Result<(), ReadError> {
         let place = self.place();
-        let mut xyz = [0.0; 3];
-        for x in &mut xyz {
-            *x = self.text.number(Scalar::F64, "three coordinates")?;
-        }
-        raw.vertices.push(point(xyz, place)?);
+        raw.vertices.push(if self.in_words() {
+            self.words.point()?
+        } else {
+            let mut xyz = [0.0; 3];
+            for x in &mut xyz {
+                *x = self.text.number(Scalar::F64, "three coordinates")?;
+            }
+            point(xyz, place)?
+        });
         Ok(())
     }
 
     fn nodes(&mut self, raw: &mut Raw, numbers: &mut Vec<(i64, u32)>) -> Result<(), ReadError> {
-        match (self.version, self.text.order) {
-            (Version::Four, None) => self.text_blocks(raw, numbers),
-            (Version::Four, Some(_)) => self.binary_blocks(raw, numbers),
-            (_, binary) => {
-                let count = self.text.count("nodes", 8)?;
-                if binary.is_some() {
-                    self.text.end_line();
-                }
-                for _ in 0..count {
-                    let vertex = index(raw.vertices.len());
-                    if binary.is_some() {
-                        numbers.push((self.int("a node number")?, vertex));
-                        self.binary_point(raw)?;
-                    } else {
-                        let mut words = self.text.full_line("a node")?;
-                        numbers.push((words.integer("a node number")?, vertex));
-                        raw.vertices.push(words.point()?);
-                    }
-                }
-                Ok(())
-            }
+        if self.version == Version::Four {
+            return self.node_blocks(raw, numbers);
         }
-    }
-
-    fn text_blocks(
-        &mut self,
-        raw: &mut Raw,
-        numbers: &mut Vec<(i64, u32)>,
-    ) -> Result<(), ReadError> {
-        let blocks = self.text.count("blocks of nodes", 2)?;
-        let _ = self.text.line();
-        for _ in 0..blocks {
-            let mut words = self.text.full_line("a block of nodes")?;
-            for _ in 0..3 {
-                words.integer("dimension, entity and parametric flag")?;
-            }
-            let size = words.integer("a number of nodes")?;
-            let size = self.text.checked(size, "nodes", 8, words.place())?;
-            let first = numbers.len();
-            for _ in 0..size {
-                let mut words = self.text.full_line("a node number")?;
-                numbers.push((words.integer("a node number")?, 0));
-            }
-            for number in &mut numbers[first..] {
-                let mut words = self.text.full_line("a node")?;
-                number.1 = index(raw.vertices.len());
-                raw.vertices.push(words.point()?);
-            }
+        let count = self.text.count("nodes", 8)?;
+        if !self.in_words() {
+            self.text.end_line();
+        }
+        for _ in 0..count {
+            self.record("a node")?;
+            numbers.push((self.int("a node number")?, index(raw.vertices.len())));
+            self.point(raw)?;
         }
         Ok(())
     }
 
-    fn binary_blocks(
+    /// Number of the blocks of version 4; words and bytes call them differently.
+    fn blocks(
+        &mut self,
+        (word, least): (&'static str, usize),
+        [byte, ends]: [&'static str; 2],
+    ) -> Result<usize, ReadError> {
+        if self.in_words() {
+            let blocks = self.text.count(word, least)?;
+            let _ = self.text.line();
+            return Ok(blocks);
+        }
+        let blocks = self.long("a number of blocks")?;
+        let blocks = self.checked(blocks, byte, [least, 20])?;
+        for _ in 0..3 {
+            self.long(ends)?;
+        }
+        Ok(blocks)
+    }
+
+    fn node_blocks(
         &mut self,
         raw: &mut Raw,
         numbers: &mut Vec<(i64, u32)>,
     ) -> Result<(), ReadError> {
-        let blocks = self.long("a number of blocks")?;
-        let blocks = self.checked(blocks, "blocks of nodes", 20)?;
-        for _ in 0..3 {
-            self.long("the nodes' number, least and greatest")?;
-        }
+        let ends = "the nodes' number, least and greatest";
+        let blocks = self.blocks(("blocks of nodes", 2), ["blocks of nodes", ends])?;
+        let head = if self.in_words() {
+            ["dimension, entity and parametric flag"; 3]
+        } else {
+            ["a dimension", "an entity", "a parametric flag"]
+        };
         for _ in 0..blocks {
-            let dimension = self.int("a dimension")?;
-            self.int("an entity")?;
-            let parametric = self.int("a parametric flag")? != 0;
+            self.record("a block of nodes")?;
+            let dimension = self.int(head[0])?;
+            self.int(head[1])?;
+            let parametric = self.int(head[2])? != 0;
             let size = self.long("a number of nodes")?;
-            let size = self.checked(size, "nodes", 32)?;
-            let first = numbers.len();
+            let size = self.checked(size, "nodes", [8, 32])?;
             for k in 0..size {
+                self.record("a node number")?;
                 let vertex = index(raw.vertices.len() + k);
                 numbers.push((self.long("a node number")?, vertex));
             }
-            for _ in first..numbers.len() {
-                self.binary_point(raw)?;
-                if parametric {
+            for _ in 0..size {
+                self.record("a node")?;
+                self.point(raw)?;
+                if parametric && !self.in_words() {
                     for _ in 0..dimension {
                         self.long("a parametric coordinate")?;
                     }
@@ -197,60 +220,89 @@ impl Source<'_> {
     }
 
     fn elements(&mut self, raw: &mut Raw, numbers: &[(i64, u32)]) -> Result<(), ReadError> {
-        match (self.version, self.text.order) {
-            (Version::Four, Some(_)) => {
-                let blocks = self.long("a number of blocks")?;
-                let blocks = self.checked(blocks, "blocks of elements", 20)?;
-                for _ in 0..3 {
-                    self.long("the elements' number, least and greatest")?;
+        if self.version == Version::Four {
+            let ends = "the elements' number, least and greatest";
+            let blocks = self.blocks(("elements or blocks", 4), ["blocks of elements", ends])?;
+            for _ in 0..blocks {
+                self.record("a block of elements")?;
+                self.int("a dimension")?;
+                self.int("an entity")?;
+                let kind = self.int("an element type")?;
+                let size = self.long("a number of elements")?;
+                let size = self.checked(size, "elements", [4, 8])?;
+                for _ in 0..size {
+                    self.record("an element")?;
+                    self.long("an element number")?;
+                    self.element(kind, raw, numbers)?;
                 }
-                for _ in 0..blocks {
-                    self.int("a dimension")?;
-                    self.int("an entity")?;
-                    let kind = self.int("an element type")?;
-                    let size = self.long("a number of elements")?;
-                    let size = self.checked(size, "elements", 8)?;
-                    for _ in 0..size {
-                        self.long("an element number")?;
-                        self.binary_element(kind, raw, numbers)?;
-                    }
-                }
-                Ok(())
             }
-            (_, Some(_)) => {
-                let mut left = self.text.count("elements", 4)?;
-                self.text.end_line();
-                while left > 0 {
-                    let kind = self.int("an element type")?;
-                    let size = self.int("a number of elements")?;
-                    let size = self.checked(size, "elements", 4)?;
-                    let tags = self.int("a number of tags")?;
-                    let tags = self.checked(tags, "tags", 4)?;
-                    if size == 0 || size > left {
-                        let place = self.place();
-                        return Err(unexpected_number("a number of elements", &size, place));
-                    }
-                    for _ in 0..size {
-                        for _ in 0..=tags {
-                            self.int("an element number and tags")?;
-                        }
-                        self.binary_element(kind, raw, numbers)?;
-                    }
-                    left -= size;
-                }
-                Ok(())
-            }
-            (_, None) => self.text_elements(raw, numbers),
+            return Ok(());
         }
+        if self.in_words() {
+            return self.lines_of_elements(raw, numbers);
+        }
+        let mut left = self.text.count("elements", 4)?;
+        self.text.end_line();
+        while left > 0 {
+            let kind = self.int("an element type")?;
+            let size = self.int("a number of elements")?;
+            let size = self.checked(size, "elements", [4; 2])?;
+            let tags = self.int("a number of tags")?;
+            let tags = self.checked(tags, "tags", [4; 2])?;
+            if size == 0 || size > left {
+                let place = self.place();
+                return Err(unexpected_number("a number of elements", &size, place));
+            }
+            for _ in 0..size {
+                for _ in 0..=tags {
+                    self.int("an element number and tags")?;
+                }
+                self.element(kind, raw, numbers)?;
+            }
+            left -= size;
+        }
+        Ok(())
     }
 
-    fn binary_element(
+    /// Elements of versions 1 and 2 as words.
+    fn lines_of_elements(
+        &mut self,
+        raw: &mut Raw,
+        numbers: &[(i64, u32)],
+    ) -> Result<(), ReadError> {
+        for _ in 0..self.text.count("elements or blocks", 4)? {
+            self.record("an element")?;
+            self.int("an element number")?;
+            let kind = self.int("an element type")?;
+            // Version 1: two regions and the number of nodes; version 2: a list of tags.
+            let skip = match self.version {
+                Version::One => 3,
+                _ => self.int("a number of tags")?,
+            };
+            if !(0..1024).contains(&skip) {
+                return Err(unexpected_number("a number of tags", &skip, self.place()));
+            }
+            for _ in 0..skip {
+                self.int("a tag")?;
+            }
+            self.element(kind, raw, numbers)?;
+        }
+        Ok(())
+    }
+
+    /// Adds a triangle, quad or tetrahedron; other elements are skipped.
+    fn element(
         &mut self,
         kind: i64,
         raw: &mut Raw,
         numbers: &[(i64, u32)],
     ) -> Result<(), ReadError> {
         let place = self.place();
+        let is_read = matches!(kind, TRIANGLE | QUAD | TETRAHEDRON);
+        raw.skipped |= !is_read && !WITHOUT_FACE.contains(&kind);
+        if !is_read && self.in_words() {
+            return Ok(());
+        }
         let size = usize::try_from(kind - 1)
             .ok()
             .and_then(|k| NODES_OF.get(k).copied());
@@ -258,100 +310,27 @@ impl Source<'_> {
             let expected = "an element type from 1 to 19";
             return Err(unexpected_number(expected, &kind, place));
         };
-        let mut corners = [0; 27];
-        for corner in &mut corners[..size] {
-            *corner = match self.version {
+        let mut nodes = [0; 27];
+        for node in &mut nodes[..size] {
+            *node = match self.version {
                 Version::Four => self.long("a node number")?,
                 _ => self.int("a node number")?,
             };
         }
-        element(kind, &corners[..size], place, raw, numbers)
-    }
-
-    fn text_elements(&mut self, raw: &mut Raw, numbers: &[(i64, u32)]) -> Result<(), ReadError> {
-        let count = self.text.count("elements or blocks", 4)?;
-        if self.version == Version::Four {
-            let _ = self.text.line();
-            for _ in 0..count {
-                let mut words = self.text.full_line("a block of elements")?;
-                words.integer("a dimension")?;
-                words.integer("an entity")?;
-                let kind = words.integer("an element type")?;
-                let size = words.integer("a number of elements")?;
-                let size = self.text.checked(size, "elements", 4, words.place())?;
-                for _ in 0..size {
-                    let mut words = self.text.full_line("an element")?;
-                    words.integer("an element number")?;
-                    text_element(kind, &mut words, raw, numbers)?;
-                }
-            }
+        if !is_read {
             return Ok(());
         }
-        for _ in 0..count {
-            let mut words = self.text.full_line("an element")?;
-            words.integer("an element number")?;
-            let kind = words.integer("an element type")?;
-            // Version 1: two regions and the number of nodes; version 2: a list of tags.
-            let skip = match self.version {
-                Version::One => 3,
-                _ => words.integer("a number of tags")?,
-            };
-            if !(0..1024).contains(&skip) {
-                let place = words.place();
-                return Err(unexpected_number("a number of tags", &skip, place));
-            }
-            for _ in 0..skip {
-                words.integer("a tag")?;
-            }
-            text_element(kind, &mut words, raw, numbers)?;
+        let mut corners = [0; 4];
+        for (corner, number) in corners.iter_mut().zip(&nodes[..size]) {
+            *corner = numbers
+                .binary_search_by(|(n, _)| n.cmp(number))
+                .map(|found| numbers[found].1)
+                .map_err(|_| out_of_range(*number, numbers.len(), place))?;
         }
-        Ok(())
-    }
-}
-
-fn text_element(
-    kind: i64,
-    words: &mut Words<'_>,
-    raw: &mut Raw,
-    numbers: &[(i64, u32)],
-) -> Result<(), ReadError> {
-    let size = match kind {
-        TRIANGLE => 3,
-        QUAD | TETRAHEDRON => 4,
-        _ => {
-            raw.skipped |= !WITHOUT_FACE.contains(&kind);
+        if kind == TETRAHEDRON {
+            raw.tetrahedra.push(corners);
             return Ok(());
         }
-    };
-    let mut corners = [0; 4];
-    for corner in &mut corners[..size] {
-        *corner = words.integer("a node number")?;
+        raw.polygon(&corners[..size], place)
     }
-    element(kind, &corners[..size], words.place(), raw, numbers)
-}
-
-/// Adds a triangle, quad or tetrahedron; other elements are skipped.
-fn element(
-    kind: i64,
-    nodes: &[i64],
-    place: TextPlace,
-    raw: &mut Raw,
-    numbers: &[(i64, u32)],
-) -> Result<(), ReadError> {
-    if !matches!(kind, TRIANGLE | QUAD | TETRAHEDRON) {
-        raw.skipped |= !WITHOUT_FACE.contains(&kind);
-        return Ok(());
-    }
-    let mut corners = [0; 4];
-    for (corner, number) in corners.iter_mut().zip(nodes) {
-        *corner = numbers
-            .binary_search_by(|(n, _)| n.cmp(number))
-            .map(|found| numbers[found].1)
-            .map_err(|_| out_of_range(*number, numbers.len(), place))?;
-    }
-    if kind == TETRAHEDRON {
-        raw.tetrahedra.push(corners);
-        return Ok(());
-    }
-    raw.polygon(&corners[..nodes.len()], place)
 }

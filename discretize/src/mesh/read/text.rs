@@ -100,7 +100,7 @@ pub(super) struct Text<'a> {
 }
 
 /// The words of one line.
-#[derive(Clone)]
+#[derive(Clone, Default)]
 pub(super) struct Words<'a> {
     rest: &'a [u8],
     line: usize,
