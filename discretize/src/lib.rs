@@ -5,7 +5,6 @@ mod mesh;
 mod sampling;
 
 pub use glam;
-pub use mesh::cloud::SurfaceSamples;
 pub use mesh::error::RepairError;
 pub use mesh::hierarchy::{Closest, Crossing, Hierarchy, winding_number};
 pub use mesh::intersections::self_intersections;
@@ -17,9 +16,8 @@ pub use mesh::sums::{
     boundary_triangles, nodal_boundary_vectors, nodal_volumes, tetrahedra_edges, tetrahedron_volume,
 };
 pub use mesh::write::{Field, ply_mesh, ply_surfels, vtk_points, vtk_tetrahedra};
-pub use mesh::{Bounds, Mesh};
+pub use mesh::{Bounds, Mesh, SurfaceSamples};
 pub use sampling::error::SampleError;
-pub use sampling::file::{FileError, SampledFile, sample_file};
 pub use sampling::grading::{Grading, Refinement};
 pub use sampling::octree::{Leaf, Octree};
 pub use sampling::order::{NodeOrder, layered_order, space_filling_order};

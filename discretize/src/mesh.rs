@@ -1,6 +1,5 @@
 //! Triangle surfaces as plain arrays: read, repair, ask, write. Knows nothing of sampling.
 
-pub(crate) mod cloud;
 pub(crate) mod creases;
 pub(crate) mod error;
 pub(crate) mod hierarchy;
@@ -23,6 +22,17 @@ pub struct Mesh {
     pub vertices: Vec<DVec3>,
     /// Corner indices per triangle, each below `vertices.len()`.
     pub triangles: Vec<[u32; 3]>,
+}
+
+/// Surface points: positions (m), outward unit normals, areas (m²) that sum to the surface's.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SurfaceSamples {
+    /// Positions (m).
+    pub positions: Vec<DVec3>,
+    /// Outward unit normals; none where a file has none.
+    pub normals: Vec<DVec3>,
+    /// Areas (m²).
+    pub areas: Vec<f64>,
 }
 
 /// Axis-aligned box.

@@ -3,7 +3,6 @@
 mod background;
 mod counts;
 pub(crate) mod error;
-pub(crate) mod file;
 mod fill;
 mod frame;
 mod graded;

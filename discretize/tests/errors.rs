@@ -3,9 +3,9 @@
 use crate::common::{cube, join, repaired};
 use glam::DVec3;
 use phyxel_discretize::{
-    Bounds, FileError, Mesh, Primitive, ReadErrorKind, RepairError, RepairSettings, SampleError,
-    SampleSettings, Solid, TextPlace, parse_mesh, read_mesh, read_point_cloud, repair, sample_file,
-    sample_tetrahedra,
+    Axis, Bounds, Mesh, Placement, Primitive, ReadErrorKind, RepairError, RepairSettings,
+    SampleError, SampleSettings, Shape, Solid, SolidError, TextPlace, parse_mesh, read_mesh,
+    read_point_cloud, repair, sample_tetrahedra,
 };
 use testkit::assert_matches;
 use testkit::tol::assert_relative;
@@ -116,7 +116,7 @@ const OTHER_CELLS: &str = "cells other than triangles, quadrilaterals, polygons 
 
 #[test]
 fn a_point_cloud_needs_six_finite_numbers_and_a_normal() {
-    let folder = folder_of("clouds");
+    let folder = tempfile::tempdir().unwrap();
     for (name, text, expected) in [
         ("five", "0 0 0 1 0\n", "six numbers"),
         ("flat", "# cloud\n0 0 0 0 0 0\n", "line 2: a coordinate"),
@@ -128,19 +128,11 @@ fn a_point_cloud_needs_six_finite_numbers_and_a_normal() {
             "not a finite number",
         ),
     ] {
-        let path = folder.join(name);
+        let path = folder.path().join(name);
         std::fs::write(&path, text).unwrap();
         let error = read_point_cloud(&path).unwrap_err().to_string();
         assert!(error.contains(expected) && error.contains(name), "{error}");
     }
-    std::fs::remove_dir_all(folder).unwrap();
-}
-
-/// A folder of one test's own.
-fn folder_of(test: &str) -> std::path::PathBuf {
-    let folder = std::env::temp_dir().join(format!("phyxel-{test}-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
-    folder
 }
 
 /// Two closed cubes along one edge, one of them inside out: two parts, one turned.
@@ -257,19 +249,24 @@ fn sampling_names_why_it_stops() {
 }
 
 #[test]
-fn one_call_from_a_file_says_which_stage_failed() {
-    let folder = folder_of("stages");
-    let settings = SampleSettings::default();
-    let run = |name: &str, bytes: &[u8], settings: &SampleSettings| {
-        let path = folder.join(name);
-        std::fs::write(&path, bytes).unwrap();
-        sample_file(&path, 1.0, &RepairSettings::default(), settings).unwrap_err()
+fn a_file_is_read_and_scaled_or_says_which_stage_failed() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |name: &str, bytes: &[u8]| {
+        let file = folder.path().join(name);
+        std::fs::write(&file, bytes).unwrap();
+        let (scale, up, largest_hole) = (2.0, Axis::Z, 0.2);
+        let shape = Shape::Mesh {
+            file,
+            scale,
+            up,
+            largest_hole,
+        };
+        shape.solid(&Placement::IDENTITY)
     };
-    assert_matches!(run("read", b"?", &settings), FileError::Read(_));
+    assert_matches!(run("read", b"?"), Err(SolidError::Read(_)));
     let sheet = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
-    assert_matches!(run("repair", sheet, &settings), FileError::Repair(_));
-    let few = SampleSettings::nodes(1);
+    assert_matches!(run("repair", sheet), Err(SolidError::Repair { .. }));
     let whole = phyxel_discretize::ply_mesh(&cube(DVec3::ZERO));
-    assert_matches!(run("sample", &whole, &few), FileError::Sample(_));
-    std::fs::remove_dir_all(folder).unwrap();
+    let volume = run("whole", &whole).unwrap().0.volume().unwrap();
+    assert_relative("volume", volume, 8.0, 0.0, 1e-12);
 }

@@ -2,8 +2,7 @@
 
 use glam::DVec3;
 
-use crate::mesh::cloud::SurfaceSamples;
-use crate::mesh::{Mesh, index};
+use crate::mesh::{Mesh, SurfaceSamples, index};
 
 /// Values at nodes for [`vtk_tetrahedra`].
 #[derive(Debug, Clone, Copy)]

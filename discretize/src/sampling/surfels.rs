@@ -2,9 +2,8 @@
 
 use glam::DVec3;
 
-use crate::mesh::cloud::SurfaceSamples;
 use crate::mesh::creases::Creased;
-use crate::mesh::{Mesh, index};
+use crate::mesh::{Mesh, SurfaceSamples, index};
 use crate::sampling::near::Near;
 use crate::sampling::solid::Solid;
 

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::text::{self, Text};
 use super::{ReadError, ReadErrorKind, TextPlace, checked, nothing, point, read_file};
-use crate::mesh::cloud::SurfaceSamples;
+use crate::mesh::SurfaceSamples;
 
 /// Reads a point cloud: the vertices of a PLY file with their nx, ny and nz, or text with `x y z nx ny nz` per line
 /// and `#` comments. Areas are 0: the file has none (see [`SurfaceSamples::areas`]). Normals are made unit

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use glam::DVec3;
 use phyxel_discretize::{
-    FileError, Grading, Mesh, Refinement, RepairSettings, SampleSettings, SampleTarget, Solid,
-    ply_mesh, read_mesh, repair, sample_file, sample_points,
+    Axis, Grading, Placement, Refinement, RepairSettings, SampleError, SampleSettings,
+    SampleTarget, Shape, SolidError, ply_mesh, sample_points, sample_tetrahedra,
 };
 
 use super::{CliError, printable};
@@ -84,9 +84,9 @@ pub(super) enum SampleProblem {
     #[error("--scale {scale}: it must be finite and above 0 (metres per unit of the file)")]
     Scale { scale: f64 },
     #[error(transparent)]
-    Read(FileError),
+    Mesh(SolidError),
     #[error("{}: {problem}", file.display())]
-    Mesh { file: PathBuf, problem: FileError },
+    Nodes { file: PathBuf, problem: SampleError },
 }
 
 /// Fills a mesh with nodes, writes them and reports their quality.
@@ -118,25 +118,33 @@ pub(super) fn sample(arguments: &SampleArguments) -> Result<(), CliError> {
         },
         ..SampleSettings::default()
     };
-    let repairs = RepairSettings {
-        largest_hole: arguments.largest_hole,
-        ..RepairSettings::default()
-    };
     if arguments.points && surface_only {
         return Err(SampleProblem::NoSurface.into());
     }
-    let sampled = if arguments.points {
-        points(mesh, scale, &repairs, &settings)
-    } else {
-        tetrahedra(mesh, scale, &repairs, &settings, surface_only)
+    let shape = Shape::Mesh {
+        file: mesh.clone(),
+        scale,
+        up: Axis::Z,
+        largest_hole: arguments.largest_hole,
     };
-    let (content, mesh_report, report) = sampled.map_err(|problem| match problem {
-        // The reader names the file itself.
-        FileError::Read(_) => SampleProblem::Read(problem),
-        problem => SampleProblem::Mesh {
-            file: mesh.clone(),
-            problem,
-        },
+    let solid = shape.solid(&Placement::IDENTITY);
+    let (solid, mesh_report) = solid.map_err(SampleProblem::Mesh)?;
+    let sampled = if arguments.points {
+        sample_points(&solid, &settings, true)
+            .map(|nodes| (nodes.to_vtk(), nodes.report.to_string()))
+    } else {
+        sample_tetrahedra(&solid, &settings).map(|nodes| {
+            let content = if surface_only {
+                ply_mesh(&nodes.surface().0)
+            } else {
+                nodes.to_vtk()
+            };
+            (content, nodes.report.to_string())
+        })
+    };
+    let (content, report) = sampled.map_err(|problem| SampleProblem::Nodes {
+        file: mesh.clone(),
+        problem,
     })?;
     let folder = out.parent().filter(|folder| !folder.as_os_str().is_empty());
     let folder = OutputFolder::create(folder.unwrap_or(Path::new(".")))?;
@@ -144,41 +152,12 @@ pub(super) fn sample(arguments: &SampleArguments) -> Result<(), CliError> {
     folder.write(name, &content)?;
     if !arguments.quiet {
         let mut terminal = io::stderr().lock();
-        writeln!(terminal, "mesh: {mesh_report}").map_err(CliError::Stderr)?;
+        if let Some(report) = mesh_report {
+            writeln!(terminal, "mesh: {report}").map_err(CliError::Stderr)?;
+        }
         writeln!(terminal, "nodes: {report}").map_err(CliError::Stderr)?;
         let name = printable(&out.display().to_string());
         writeln!(terminal, "{name}").map_err(CliError::Stderr)?;
     }
     Ok(())
-}
-
-/// Content of the file, report of the mesh, report of the nodes.
-type Sampled = Result<(Vec<u8>, String, String), FileError>;
-
-fn tetrahedra(
-    mesh: &Path,
-    scale: f64,
-    repairs: &RepairSettings,
-    settings: &SampleSettings,
-    surface_only: bool,
-) -> Sampled {
-    let sampled = sample_file(mesh, scale, repairs, settings)?;
-    let content = if surface_only {
-        ply_mesh(&sampled.sampling.surface().0)
-    } else {
-        sampled.sampling.to_vtk()
-    };
-    let report = sampled.sampling.report.to_string();
-    Ok((content, sampled.mesh_report.to_string(), report))
-}
-
-fn points(mesh: &Path, scale: f64, repairs: &RepairSettings, settings: &SampleSettings) -> Sampled {
-    let file = read_mesh(mesh)?;
-    let (mesh, report) = repair(&Mesh::scaled(file.mesh, scale), repairs)?;
-    let sampling = sample_points(&Solid::from_mesh(mesh), settings, true)?;
-    Ok((
-        sampling.to_vtk(),
-        report.to_string(),
-        sampling.report.to_string(),
-    ))
 }
