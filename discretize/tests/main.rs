@@ -9,7 +9,5 @@ mod odd_meshes;
 mod points;
 mod real_meshes;
 mod repairs;
-#[cfg(feature = "serde")]
-mod settings;
 mod sums;
 mod turned;

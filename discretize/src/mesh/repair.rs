@@ -16,7 +16,6 @@ const SAMPLES: usize = 5;
 
 /// What [`repair()`] may do.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RepairSettings {
     /// Vertices nearer than this fraction of the box's diagonal become one.
     pub weld_tolerance: f64,
@@ -42,7 +41,6 @@ impl Default for RepairSettings {
 
 /// What was found and done.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct MeshReport {
     /// Vertices and triangles given.

@@ -18,8 +18,6 @@ use crate::sampling::settings::SampleSettings;
 use crate::sampling::slimness::{self, Slimness};
 use crate::sampling::stuffing::{Stuffed, stuff};
 
-/// Fewest nodes that can be asked for.
-pub(crate) const LEAST_NODES: usize = 30;
 /// Rounds of the search for a spacing that gives the wanted number of nodes.
 const COUNT_ROUNDS: usize = 16;
 /// Rounds in which only a promising filling is improved.
@@ -52,12 +50,9 @@ pub(crate) struct Filler<'a> {
 }
 
 impl<'a> Filler<'a> {
-    pub(crate) fn new(
-        oracle: &'a Oracle<'a>,
-        settings: &'a SampleSettings,
-    ) -> Result<Self, SampleError> {
-        settings.grading.check()?;
-        Ok(Self { oracle, settings })
+    /// The grading of the settings was checked before.
+    pub(crate) fn new(oracle: &'a Oracle<'a>, settings: &'a SampleSettings) -> Self {
+        Self { oracle, settings }
     }
 
     /// Tetrahedra at a cell size.
@@ -171,10 +166,6 @@ impl<'a> Filler<'a> {
     /// with r = 1 asks for, so that the work is bounded by the number of nodes and the box.
     #[allow(clippy::cast_possible_truncation, reason = "counts")]
     fn search_once(&self, wanted: usize) -> Result<(Stuffed, f64), SampleError> {
-        if wanted < LEAST_NODES {
-            let (nodes, least) = (wanted, LEAST_NODES);
-            return Err(SampleError::TooFewNodes { nodes, least });
-        }
         let target = wanted as f64;
         let tolerance = self.settings.count_tolerance * target;
         // Share of the surface nodes that improving removes.

@@ -55,7 +55,6 @@ impl Refinement {
 /// below the surface and the surface's edge h, `(factor + growth d / h) h` with the distance d from
 /// a refined region, and `coarsest h`.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Grading {
     /// Largest spacing inside over that at the surface: 1 to 32; 1 for the same everywhere.
     pub coarsest: f64,

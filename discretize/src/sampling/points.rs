@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::mesh::write::{Field, vtk_points};
 use crate::mesh::{Mesh, index};
 use crate::sampling::error::SampleError;
-use crate::sampling::fill::{LEAST_NODES, last_jumps};
+use crate::sampling::fill::last_jumps;
 use crate::sampling::frame::Frame;
 use crate::sampling::measures::Measures;
 use crate::sampling::near::Near;
@@ -60,7 +60,6 @@ pub struct PointSampling {
 
 /// What a sampling without tetrahedra is like.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct PointReport {
     /// Nodes.
@@ -290,10 +289,6 @@ fn search(
     settings: &SampleSettings,
     on_surface: bool,
 ) -> Result<Places, SampleError> {
-    if wanted < LEAST_NODES {
-        let (nodes, least) = (wanted, LEAST_NODES);
-        return Err(SampleError::TooFewNodes { nodes, least });
-    }
     let target = wanted as f64;
     let largest = settings.largest_octree();
     let model = if on_surface { model } else { model_inside };

@@ -8,7 +8,6 @@ use crate::mesh::sums::{tetrahedra_edges, tetrahedron_volume};
 
 /// Shape and size of a set of tetrahedra.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct TetrahedraQuality {
     /// Smallest dihedral angle (degrees).

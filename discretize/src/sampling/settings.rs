@@ -4,7 +4,6 @@ use crate::sampling::grading::Grading;
 
 /// How fine to sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum SampleTarget {
     /// Mean distance between neighbouring nodes at and under the surface (length unit of the body),
@@ -16,7 +15,6 @@ pub enum SampleTarget {
 
 /// Settings of [`crate::sample_tetrahedra`].
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SampleSettings {
     /// Spacing or number of nodes.
     pub target: SampleTarget,

@@ -9,6 +9,8 @@ use crate::sampling::measures::Measures;
 use crate::sampling::solid::Solid;
 use crate::sampling::stuffing::Stuffed;
 
+/// Fewest nodes that can be asked for.
+const LEAST_NODES: usize = 30;
 /// A filling that keeps less of the body's volume has lost it: a few lattice points fell into a body
 /// that lies between them. A box of sides 1, 0.7 and 0.53 keeps 0.755 in 30 nodes, the fewest.
 const LEAST_KEPT: f64 = 2.0 / 3.0;
@@ -89,8 +91,12 @@ impl<'a> Slimness<'a> {
         (self.solid.bounds().size() / cell + RIM).element_product()
     }
 
-    /// Refuses a number of nodes whose lattice is larger than the limit.
+    /// Refuses a number of nodes that makes no tetrahedra, and one whose lattice is larger than the limit.
     pub(crate) fn check_count(&self, wanted: usize) -> Result<(), SampleError> {
+        if wanted < LEAST_NODES {
+            let (nodes, least) = (wanted, LEAST_NODES);
+            return Err(SampleError::TooFewNodes { nodes, least });
+        }
         let cell = self.cell_of(wanted as f64);
         let cells = self.cells(cell);
         if cells <= self.limit {

@@ -50,7 +50,6 @@ pub struct SampledNodes {
 
 /// What a sampling is like, and what it lost.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct SamplingReport {
     /// Nodes.
@@ -194,7 +193,7 @@ pub fn sample_tetrahedra(
 
 /// Tetrahedra and the cell that gave what was asked for.
 fn fill(oracle: &Oracle<'_>, settings: &SampleSettings) -> Result<(Stuffed, f64), SampleError> {
-    let filler = Filler::new(oracle, settings)?;
+    let filler = Filler::new(oracle, settings);
     match settings.target {
         SampleTarget::Spacing(spacing) => filler.search_spacing(spacing),
         SampleTarget::NodeCount(nodes) => filler.search(nodes),
@@ -294,6 +293,6 @@ pub(crate) fn surface_triangles(
         ..SampleSettings::default()
     };
     let oracle = Oracle::new(solid);
-    let stuffed = Filler::new(&oracle, &settings)?.fill(spacing / MEAN_EDGE)?;
+    let stuffed = Filler::new(&oracle, &settings).fill(spacing / MEAN_EDGE)?;
     Ok(stuffed.into_surface().compacted())
 }
