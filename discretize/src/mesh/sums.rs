@@ -100,30 +100,17 @@ pub(crate) fn rows<T: Copy + Default>(
 /// If a tetrahedron names a node out of range, or more than `u32::MAX` pairs arise.
 #[must_use]
 pub fn tetrahedra_edges(node_count: usize, tetrahedra: &[[u32; 4]]) -> (Vec<u32>, Vec<u32>) {
+    for &v in tetrahedra.iter().flatten() {
+        let known = (v as usize) < node_count;
+        assert!(known, "tetrahedron names node {v} of {node_count}");
+    }
     // Every tetrahedron writes its three neighbours into the rows of its corners; rows are then
     // sorted and made unique.
-    let mut start = vec![0_usize; node_count + 1];
-    for &v in tetrahedra.iter().flatten() {
-        assert!(
-            (v as usize) < node_count,
-            "tetrahedron names node {v} of {node_count}"
-        );
-        start[v as usize + 1] += 3;
-    }
-    for i in 0..node_count {
-        start[i + 1] += start[i];
-    }
-    let mut fill = start.clone();
-    let mut raw = vec![0_u32; start[node_count]];
-    for t in tetrahedra {
-        for a in 0..4 {
-            let row = t[a] as usize;
-            for b in 1..4 {
-                raw[fill[row]] = t[(a + b) % 4];
-                fill[row] += 1;
-            }
-        }
-    }
+    let sides = |t: &[u32; 4]| {
+        let t = *t;
+        (0..12).map(move |k| (t[k / 3], t[(k / 3 + k % 3 + 1) % 4]))
+    };
+    let (start, mut raw) = rows(node_count, tetrahedra.iter().flat_map(sides));
     let mut offsets = Vec::with_capacity(node_count + 1);
     let mut indices = Vec::with_capacity(raw.len() / 4);
     offsets.push(0);

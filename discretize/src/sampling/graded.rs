@@ -5,7 +5,6 @@
 //! smaller ones has eight quarter tetrahedra at that face, and each small one two half pyramids.
 
 use std::collections::HashMap;
-use std::hash::{BuildHasherDefault, Hasher};
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -25,32 +24,6 @@ const CHUNK: usize = 4096;
 const LEAST_VOLUME: f64 = 0.2;
 
 type Halves = [u32; 3];
-
-/// One number for a position: 21 bits per axis.
-fn key([x, y, z]: Halves) -> u64 {
-    u64::from(x) | u64::from(y) << 21 | u64::from(z) << 42
-}
-
-/// Hashes keys of positions; nobody chooses them to collide.
-#[derive(Default)]
-struct Spread(u64);
-
-impl Hasher for Spread {
-    fn finish(&self) -> u64 {
-        self.0
-    }
-
-    fn write(&mut self, bytes: &[u8]) {
-        for byte in bytes {
-            self.write_u64(u64::from(*byte));
-        }
-    }
-
-    fn write_u64(&mut self, value: u64) {
-        let mixed = (self.0 ^ value).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        self.0 = mixed ^ mixed >> 32;
-    }
-}
 
 /// The background on an octree.
 pub(crate) struct Graded<'a> {
@@ -81,13 +54,12 @@ impl<'a> Graded<'a> {
             })
             .collect();
         let raw = pieces.concat();
-        let mut number: HashMap<u64, u32, BuildHasherDefault<Spread>> =
-            HashMap::with_capacity_and_hasher(raw.len() / 4, BuildHasherDefault::default());
+        let mut number: HashMap<Halves, u32> = HashMap::with_capacity(raw.len() / 4);
         let mut points: Vec<Halves> = Vec::with_capacity(raw.len() / 4);
         let mut tetrahedra = Vec::with_capacity(raw.len());
         for corners in raw {
             tetrahedra.push(corners.map(|p| {
-                *number.entry(key(p)).or_insert_with(|| {
+                *number.entry(p).or_insert_with(|| {
                     points.push(p);
                     index(points.len() - 1)
                 })
@@ -99,7 +71,7 @@ impl<'a> Graded<'a> {
             let w = cell.width();
             let mut first = None;
             for p in lattice_points(*cell) {
-                let Some(&v) = number.get(&key(p)) else {
+                let Some(&v) = number.get(&p) else {
                     continue;
                 };
                 width[v as usize] = width[v as usize].min(w);

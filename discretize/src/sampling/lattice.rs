@@ -201,38 +201,35 @@ fn signs_mesh(mesh: &Mesh, hierarchy: &Hierarchy, lattice: &Lattice) -> Vec<i8> 
     };
     let mut sign = vec![-1_i8; lattice.point_count()];
     let (corners, centers) = sign.split_at_mut(lattice.corner_count());
-    corners
-        .par_chunks_mut(nx + 1)
-        .enumerate()
-        .for_each(|(row, out)| {
-            let (j, k) = (row % (ny + 1), row / (ny + 1));
+    let first_center = corners.len();
+    // Rows of points from a first one on, and whether the step to a point of a row passes a near cell.
+    let fill = |first: usize,
+                width: usize,
+                signs: &mut [i8],
+                passes: &(dyn Fn(usize, usize) -> bool + Sync)| {
+        let rows = signs.par_chunks_mut(width).enumerate();
+        rows.for_each(|(row, out)| {
             let mut last = -1;
             for (i, sign) in out.iter_mut().enumerate() {
-                // The edge from (i-1, j, k) lies on the border of the four cells i-1.
-                let crossed = i > 0
-                    && (0..4).any(|c| {
-                        let (dj, dk) = (c & 1, c >> 1);
-                        j >= dj && k >= dk && is_near(i - 1, j - dj, k - dk)
-                    });
-                if crossed {
-                    last = sign_at(lattice.position(lattice.corner([i, j, k])));
+                if i > 0 && passes(row, i) {
+                    last = sign_at(lattice.position(index(first + row * width + i)));
                 }
                 *sign = last;
             }
         });
-    centers
-        .par_chunks_mut(nx)
-        .enumerate()
-        .for_each(|(row, out)| {
-            let (j, k) = (row % ny, row / ny);
-            let mut last = -1;
-            for (i, sign) in out.iter_mut().enumerate() {
-                if i > 0 && (is_near(i - 1, j, k) || is_near(i, j, k)) {
-                    last = sign_at(lattice.position(lattice.center([i, j, k])));
-                }
-                *sign = last;
-            }
-        });
+    };
+    // The edge to (i, j, k) lies on the border of the four cells i - 1.
+    fill(0, nx + 1, corners, &|row, i| {
+        let (j, k) = (row % (ny + 1), row / (ny + 1));
+        (0..4).any(|c| {
+            let (dj, dk) = (c & 1, c >> 1);
+            j >= dj && k >= dk && is_near(i - 1, j - dj, k - dk)
+        })
+    });
+    fill(first_center, nx, centers, &|row, i| {
+        let (j, k) = (row % ny, row / ny);
+        is_near(i - 1, j, k) || is_near(i, j, k)
+    });
     sign
 }
 

@@ -1,5 +1,7 @@
 //! Tetrahedra near the surface that can be changed one operation at a time.
 
+use std::collections::BTreeSet;
+
 use glam::DVec3;
 
 use crate::mesh::index;
@@ -297,9 +299,8 @@ impl Patch {
     /// counting the outside as one more node. Then the collapse changes no topology.
     pub(crate) fn link_allows(&self, gone: u32, kept: u32) -> bool {
         let link = |v: u32, with: Option<u32>| {
-            let mut nodes: Vec<u32> = Vec::new();
-            let mut edges = Vec::new();
-            let mut triangles = Vec::new();
+            let mut nodes: BTreeSet<u32> = BTreeSet::new();
+            let (mut edges, mut triangles) = (BTreeSet::new(), BTreeSet::new());
             let solid = self.tetrahedra_at[v as usize]
                 .iter()
                 .map(|t| self.tetrahedra[*t as usize]);
@@ -319,32 +320,21 @@ impl Patch {
                 nodes.extend(&rest);
                 for i in 0..rest.len() {
                     for j in i + 1..rest.len() {
-                        edges.push([rest[i], rest[j]]);
+                        edges.insert([rest[i], rest[j]]);
                     }
                 }
                 if let [a, b, c] = rest[..] {
-                    triangles.push([a, b, c]);
+                    triangles.insert([a, b, c]);
                 }
             }
-            nodes.sort_unstable();
-            nodes.dedup();
-            edges.sort_unstable();
-            edges.dedup();
-            triangles.sort_unstable();
             (nodes, edges, triangles)
         };
-        fn common<T: Ord + Copy>(a: &[T], b: &[T]) -> Vec<T> {
-            a.iter()
-                .filter(|x| b.binary_search(x).is_ok())
-                .copied()
-                .collect()
-        }
         let (nodes_a, edges_a, triangles_a) = link(gone, None);
         let (nodes_b, edges_b, triangles_b) = link(kept, None);
         let (nodes, edges, _) = link(gone, Some(kept));
-        common(&nodes_a, &nodes_b) == nodes
-            && common(&edges_a, &edges_b) == edges
-            && common(&triangles_a, &triangles_b).is_empty()
+        nodes_a.intersection(&nodes_b).eq(&nodes)
+            && edges_a.intersection(&edges_b).eq(&edges)
+            && triangles_a.is_disjoint(&triangles_b)
     }
 
     /// Moves `gone` onto `kept` and drops what gets flat.

@@ -98,9 +98,7 @@ impl Primitive {
         };
         Bounds::new(-half, half)
     }
-}
 
-impl Primitive {
     /// Extent of [`Primitive::Liver`] from right to left (m).
     pub const LIVER_WIDTH: f64 = 0.166;
 
@@ -185,6 +183,19 @@ impl fmt::Debug for Solid {
             .field("kind", &kind)
             .field("bounds", &self.bounds)
             .finish()
+    }
+}
+
+impl From<Bounds> for Solid {
+    /// An axis-aligned box; its lattice is stretched by a few percent to fit it exactly.
+    fn from(bounds: Bounds) -> Self {
+        let half_extents = 0.5 * bounds.size();
+        let (shape, middle) = (Primitive::Box { half_extents }, bounds.center());
+        Self {
+            is_box: true,
+            shape_volume: Some(bounds.size().element_product()),
+            ..Self::implicit(bounds, move |p| shape.value(p - middle))
+        }
     }
 }
 
@@ -279,22 +290,7 @@ impl Solid {
             Kind::Implicit(_) => self.shape_volume,
         }
     }
-}
 
-impl From<Bounds> for Solid {
-    /// An axis-aligned box; its lattice is stretched by a few percent to fit it exactly.
-    fn from(bounds: Bounds) -> Self {
-        let half_extents = 0.5 * bounds.size();
-        let (shape, middle) = (Primitive::Box { half_extents }, bounds.center());
-        Self {
-            is_box: true,
-            shape_volume: Some(bounds.size().element_product()),
-            ..Self::implicit(bounds, move |p| shape.value(p - middle))
-        }
-    }
-}
-
-impl Solid {
     /// Body where `function` is negative; `bounds` must contain it.
     #[must_use]
     pub fn implicit(
