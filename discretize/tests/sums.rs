@@ -42,31 +42,28 @@ fn every_shape_at_three_counts() {
     }
 }
 
-#[test]
-fn a_box_is_filled_exactly() {
-    let half_extents = DVec3::new(0.1, 0.13, 0.5);
-    let s = nodes(&Primitive::Box { half_extents }.into(), 2000);
-    let volume = 8.0 * half_extents.element_product();
-    assert_relative("volume", s.report.volume, volume, 0.0, 1e-12);
-    assert!(s.report.quality.smallest_dihedral > 40.0);
-}
-
+/// And are filled exactly.
 #[test]
 fn boxes_of_any_shape_get_the_count_asked_for() {
-    for half_extents in [
-        DVec3::new(0.03, 0.015, 0.02),
-        DVec3::new(0.05, 0.05, 0.2),
-        DVec3::new(1.0, 0.1, 0.7),
+    for (half_extents, counts, angle) in [
+        (DVec3::new(0.03, 0.015, 0.02), COUNTS, 25.0),
+        (DVec3::new(0.05, 0.05, 0.2), COUNTS, 25.0),
+        (DVec3::new(1.0, 0.1, 0.7), COUNTS, 25.0),
+        (DVec3::new(0.1, 0.13, 0.5), &[2000], 40.0),
     ] {
-        for count in [200, 300, 450, 1408, 5000] {
+        for &count in counts {
             let s = nodes(&Primitive::Box { half_extents }.into(), count);
             check_sums("box", &s);
             check_count(&half_extents.to_string(), s.positions.len(), count);
+            let volume = 8.0 * half_extents.element_product();
+            assert_relative("volume", s.report.volume, volume, 0.0, 1e-12);
             let q = s.report.quality;
-            assert!(q.smallest_dihedral > 25.0, "{half_extents} {count}: {q:?}");
+            assert!(q.smallest_dihedral > angle, "{half_extents} {count}: {q:?}");
         }
     }
 }
+
+const COUNTS: &[usize] = &[200, 300, 450, 1408, 5000];
 
 /// A box has no sampling between some small counts: the nearest is taken.
 #[test]
@@ -151,12 +148,6 @@ fn edges_are_symmetric_sorted_and_complete() {
         .flat_map(|i| row(i).iter().map(move |j| (i, *j)))
         .collect();
     assert!(found.iter().eq(expected.iter()));
-}
-
-#[test]
-fn any_number_of_threads_gives_the_same_bits() {
-    let run = || nodes(&Primitive::Liver.into(), 2000);
-    assert_eq!(on_threads(1, run), on_threads(3, run));
 }
 
 proptest! {
