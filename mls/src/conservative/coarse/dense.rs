@@ -1,7 +1,6 @@
 //! The coarsest matrix, factored.
 
 use glam::DVec3;
-use pulp::{Arch, Simd, WithSimd};
 
 use super::grid::{Grid, Lanes, add};
 use super::level::{Level, STENCIL};
@@ -109,18 +108,16 @@ impl Triangle {
             })
             .collect();
         let mut pivots = vec![0.0; n];
-        let arch = Arch::new();
         for i in 0..n {
             let (above, rest) = matrix.split_at_mut(start(i));
             let row = &mut rest[..=i];
             for (entry, other) in row.iter_mut().zip(&scale) {
                 *entry *= other * scale[i];
             }
-            arch.dispatch(Elimination {
-                above,
-                pivots: &pivots,
-                row: &mut row[..i],
-            });
+            for j in 0..i {
+                let (done, rest) = row.split_at_mut(j);
+                rest[0] = (rest[0] - dot(done, &above[start(j)..start(j) + j])) * pivots[j];
+            }
             let square: f64 = row[..i].iter().map(|a| a * a).sum();
             let pivot = row[i] - square;
             pivots[i] = if pivot > SMALLEST_PIVOT {
@@ -151,33 +148,14 @@ pub(super) struct Factor {
 impl Factor {
     /// Solution for a right-hand side, on the splines that kept their pivot.
     pub(super) fn solve(&mut self, right: &[Lanes]) -> &[Lanes] {
-        Arch::new().dispatch(Substitution {
-            factor: self,
-            right,
-        });
-        &self.work
-    }
-}
-
-/// Forward and backward substitution.
-struct Substitution<'a> {
-    factor: &'a mut Factor,
-    right: &'a [Lanes],
-}
-
-impl WithSimd for Substitution<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Factor {
+        let Self {
             rows,
             pivots,
             scale,
             work,
-        } = self.factor;
+        } = self;
         for i in 0..work.len() {
-            let mut sum = self.right[i].map(|x| x * scale[i]);
+            let mut sum = right[i].map(|x| x * scale[i]);
             for (l, value) in rows[start(i)..start(i) + i].iter().zip(&*work) {
                 add(&mut sum, value, -l);
             }
@@ -190,31 +168,11 @@ impl WithSimd for Substitution<'_> {
             }
             work[i] = value.map(|x| x * scale[i]);
         }
+        work
     }
 }
 
-/// One row of the factor, but its pivot, from the rows above.
-struct Elimination<'a> {
-    above: &'a [f64],
-    pivots: &'a [f64],
-    row: &'a mut [f64],
-}
-
-impl WithSimd for Elimination<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        for j in 0..self.row.len() {
-            let (done, rest) = self.row.split_at_mut(j);
-            let above = &self.above[start(j)..start(j) + j];
-            rest[0] = (rest[0] - dot(done, above)) * self.pivots[j];
-        }
-    }
-}
-
-/// Sum of products in eight lanes, whatever the width of a register.
-#[inline(always)]
+/// Sum of products in eight lanes.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut lanes = [0.0; 8];
     let (a, a_rest) = a.as_chunks::<8>();
