@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::error::GraphError;
-use crate::parallel::{ROWS_PER_TASK, map, to_u32};
+use crate::parallel::to_u32;
 
 /// Neighbours of every node in compressed sparse rows.
 ///
@@ -36,7 +36,7 @@ impl Neighborhoods {
             }
             last = value;
         }
-        let mut sorted = true;
+        let mut unique = true;
         for node in 0..count {
             let row = &mut indices[offsets[node] as usize..offsets[node + 1] as usize];
             for &neighbor in row.iter() {
@@ -52,35 +52,14 @@ impl Neighborhoods {
                 }
             }
             row.sort_unstable();
-            sorted &= row.windows(2).all(|pair| pair[0] < pair[1]);
+            unique &= row.windows(2).all(|pair| pair[0] < pair[1]);
         }
         let graph = Self { offsets, indices };
-        if sorted {
-            return Ok(graph);
+        if unique {
+            Ok(graph)
+        } else {
+            Self::from_unsorted(graph.rows())
         }
-        let rows = (0..count).map(|node| {
-            let mut row = graph.row(node).to_vec();
-            row.dedup();
-            row
-        });
-        Self::from_rows(rows.collect())
-    }
-
-    /// Joins each node with the nodes of its list, as a search tree gives them; the node itself may be
-    /// in it. Not symmetric where the lists are not; see [`Neighborhoods::symmetrized`].
-    ///
-    /// # Errors
-    /// [`GraphError`] for a neighbour that is not there and for too many pairs.
-    pub fn from_lists<L: AsRef<[u32]>>(lists: &[L]) -> Result<Self, GraphError> {
-        let mut offsets = vec![0];
-        let mut indices = Vec::new();
-        for (node, list) in lists.iter().enumerate() {
-            let others = list.as_ref().iter().copied();
-            indices.extend(others.filter(|&other| other as usize != node));
-            let count = indices.len();
-            offsets.push(u32::try_from(count).map_err(|_| GraphError::TooManyPairs { count })?);
-        }
-        Self::from_graph(offsets, indices)
     }
 
     /// Joins nodes along undirected edges, each given once, twice or more often; symmetric.
@@ -109,7 +88,23 @@ impl Neighborhoods {
                 lists.get_mut(node).ok_or(out_of_range)?.push(neighbor);
             }
         }
-        Self::from_lists(&lists)
+        Self::from_unsorted(lists)
+    }
+
+    /// The rows, each a list of its own.
+    fn rows(&self) -> Vec<Vec<u32>> {
+        (0..self.node_count())
+            .map(|node| self.row(node).to_vec())
+            .collect()
+    }
+
+    /// Joins rows once they are sorted, without what they have twice.
+    fn from_unsorted(mut rows: Vec<Vec<u32>>) -> Result<Self, GraphError> {
+        for row in &mut rows {
+            row.sort_unstable();
+            row.dedup();
+        }
+        Self::from_rows(rows)
     }
 
     /// Joins rows that are already sorted and unique.
@@ -201,35 +196,15 @@ impl Neighborhoods {
     /// # Errors
     /// [`GraphError::NotSymmetric`] naming the first pair without counterpart.
     pub fn reverse_pairs(&self) -> Result<Vec<u32>, GraphError> {
-        // Rows are sorted, so visiting rows in order meets the entries of each row j in order too:
-        // a cursor per row replaces the search.
-        let mut cursor: Vec<u32> = self.offsets[..self.node_count()].to_vec();
         let mut reverse = Vec::with_capacity(self.indices.len());
         for node in 0..self.node_count() {
             for &neighbor in self.row(node) {
-                let j = neighbor as usize;
-                let position = cursor[j];
-                let missing = position == self.offsets[j + 1];
-                if missing || self.indices[position as usize] as usize != node {
-                    return Err(self.first_asymmetry());
-                }
-                cursor[j] = position + 1;
-                reverse.push(position);
+                let back = self.find_pair(neighbor as usize, to_u32(node));
+                let back = back.ok_or(GraphError::NotSymmetric { node, neighbor })?;
+                reverse.push(to_u32(back));
             }
         }
         Ok(reverse)
-    }
-
-    /// First pair, in order of rows, whose counterpart is missing.
-    fn first_asymmetry(&self) -> GraphError {
-        for node in 0..self.node_count() {
-            for &neighbor in self.row(node) {
-                if self.find_pair(neighbor as usize, to_u32(node)).is_none() {
-                    return GraphError::NotSymmetric { node, neighbor };
-                }
-            }
-        }
-        unreachable!("called only after a counterpart was not found")
     }
 
     /// The union with all counterparts: `(i, j)` is in if either direction was.
@@ -237,27 +212,13 @@ impl Neighborhoods {
     /// # Errors
     /// [`GraphError::TooManyPairs`] if the union does not fit 32-bit offsets.
     pub fn symmetrized(&self) -> Result<Self, GraphError> {
-        let count = self.node_count();
-        let mut incoming = vec![0_u32; count + 1];
-        for &neighbor in &self.indices {
-            incoming[neighbor as usize + 1] += 1;
-        }
-        for node in 0..count {
-            incoming[node + 1] += incoming[node];
-        }
-        let mut cursor = incoming.clone();
-        let mut sources = vec![0_u32; self.indices.len()];
-        for node in 0..count {
+        let mut rows = self.rows();
+        for node in 0..self.node_count() {
             for &neighbor in self.row(node) {
-                let position = &mut cursor[neighbor as usize];
-                sources[*position as usize] = to_u32(node);
-                *position += 1;
+                rows[neighbor as usize].push(to_u32(node));
             }
         }
-        Self::from_rows(map(count, ROWS_PER_TASK, |node| {
-            let back = &sources[incoming[node] as usize..incoming[node + 1] as usize];
-            merge(self.row(node), back)
-        }))
+        Self::from_unsorted(rows)
     }
 
     /// Adds the neighbours' neighbours to the rows of some nodes, both ways, so that a symmetric
@@ -269,9 +230,7 @@ impl Neighborhoods {
     /// # Panics
     /// If a node is out of range.
     pub(crate) fn with_second_ring(&self, nodes: &[u32]) -> Result<Self, GraphError> {
-        let mut rows: Vec<Vec<u32>> = (0..self.node_count())
-            .map(|node| self.row(node).to_vec())
-            .collect();
+        let mut rows = self.rows();
         for &node in nodes {
             for &near in self.row(node as usize) {
                 for &far in self.row(near as usize) {
@@ -282,11 +241,7 @@ impl Neighborhoods {
                 }
             }
         }
-        for row in &mut rows {
-            row.sort_unstable();
-            row.dedup();
-        }
-        Self::from_rows(rows)
+        Self::from_unsorted(rows)
     }
 }
 
@@ -300,21 +255,6 @@ fn check_length(name: &'static str, found: usize, wanted: usize) -> Result<(), G
             wanted,
         })
     }
-}
-
-/// Union of two sorted lists without repetitions.
-fn merge(a: &[u32], b: &[u32]) -> Vec<u32> {
-    let mut union = Vec::with_capacity(a.len() + b.len());
-    let (mut i, mut j) = (0, 0);
-    while i < a.len() && j < b.len() {
-        let next = a[i].min(b[j]);
-        i += usize::from(a[i] == next);
-        j += usize::from(b[j] == next);
-        union.push(next);
-    }
-    union.extend_from_slice(&a[i..]);
-    union.extend_from_slice(&b[j..]);
-    union
 }
 
 #[cfg(test)]
