@@ -83,19 +83,6 @@ fn random_cloud_equals_brute_force() {
 }
 
 #[test]
-fn lattice_ties_go_to_the_lower_index() {
-    let points = cloud::lattice([3, 3, 3], 1.0, 0.0, 0);
-    let settings = NearestSettings {
-        nearest: 4,
-        scale: 1.5,
-        limit: Some(4),
-    };
-    let found = k_nearest(&points, &settings).unwrap();
-    // The centre has six neighbours at distance 1; the four of lowest index are kept.
-    assert_eq!(found.neighborhoods.row(13), &[4, 10, 12, 14]);
-}
-
-#[test]
 fn bad_input_is_named() {
     let mut points = cloud::uniform(5, 1.0, 1);
     let settings = NearestSettings::default();
