@@ -7,9 +7,9 @@ use std::hint::black_box;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::{DMat3, DVec3};
 use phyxel_mls::{
-    Approximation, Basis, ConservativeSettings, Dimension, GradientStencils, KNearest, Kernel,
-    MaterialMap, NearestSettings, Neighborhoods, Order, ShapeScratch, inverse_square_weights,
-    k_nearest, kernel_weights, mean_neighbor_distance, within_radius,
+    Approximation, Basis, ConservativeSettings, Dimension, GradientStencils, KNearest, MaterialMap,
+    NearestSettings, Neighborhoods, Order, ShapeScratch, inverse_square_weights, k_nearest,
+    kernel_weights, mean_neighbor_distance, within_radius,
 };
 use testkit::cloud::Random;
 use testkit::kuhn::{Block, kuhn_block};
@@ -68,18 +68,10 @@ fn weights(c: &mut Criterion) {
         group
             .throughput(Throughput::Elements(nodes))
             .sample_size(20);
-        for kernel in Kernel::ALL {
-            group.bench_function(BenchmarkId::new(kernel.name(), nodes), |b| {
-                b.iter(|| {
-                    kernel_weights(
-                        kernel,
-                        black_box(&block.positions),
-                        &found.support_radii,
-                        &found.neighborhoods,
-                    )
-                });
-            });
-        }
+        group.bench_function(BenchmarkId::new("polynomial", nodes), |b| {
+            let (radii, near) = (&found.support_radii, &found.neighborhoods);
+            b.iter(|| kernel_weights(black_box(&block.positions), radii, near));
+        });
         group.bench_function(BenchmarkId::new("1/r2 on edges", nodes), |b| {
             b.iter(|| inverse_square_weights(black_box(&block.positions), &graph));
         });
@@ -124,7 +116,6 @@ fn shape_functions(c: &mut Criterion) {
                 nodes: &block.positions,
                 support_radii: &radii,
                 basis: Basis::polynomial(order, Dimension::Three),
-                kernel: Kernel::Polynomial,
             };
             let mut scratch = ShapeScratch::default();
             let mut phi = [0.0; 16];

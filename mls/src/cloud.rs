@@ -4,42 +4,26 @@ use glam::DVec3;
 
 use crate::basis::{Basis, Dimension, Order};
 use crate::error::{CloudError, ShapeError};
-use crate::kernel::Kernel;
 use crate::parallel::map_with;
-use crate::search::{BallTree, NearestSettings, check, k_nearest, positive};
+use crate::search::{BallTree, NearestSettings, check, k_nearest};
 use crate::shape::{Approximation, ShapeScratch};
 
 /// Queries given to one task.
 const QUERIES_PER_TASK: usize = 64;
-
-/// How far the nodes of a [`Cloud`] are seen.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub enum SupportRule {
-    /// Of each node, `scale` times the mean distance to its `nearest` nearest nodes.
-    Nearest {
-        /// Number of nodes whose mean distance counts.
-        nearest: usize,
-        /// What it is multiplied with.
-        scale: f64,
-    },
-    /// The same radius (m) for all nodes.
-    Radius(f64),
-}
 
 /// What a [`Cloud`] approximates with.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CloudSettings {
     /// Functions that come back exactly; their dimension says which coordinates count.
     pub basis: Basis,
-    /// Weight function.
-    pub kernel: Kernel,
-    /// Support radii.
-    pub support: SupportRule,
+    /// Number of nearest nodes whose mean distance sets a node's support radius.
+    pub nearest: usize,
+    /// What that distance is multiplied with.
+    pub scale: f64,
 }
 
 impl Default for CloudSettings {
-    /// Quadratic polynomials in space, the polynomial kernel.
+    /// Quadratic polynomials in space.
     fn default() -> Self {
         Self::new(Order::Quadratic, Dimension::Three)
     }
@@ -58,11 +42,8 @@ impl CloudSettings {
         let basis = Basis::polynomial(order, dimension);
         Self {
             basis,
-            kernel: Kernel::Polynomial,
-            support: SupportRule::Nearest {
-                nearest: 3 * basis.size() + 4,
-                scale: 1.8,
-            },
+            nearest: 3 * basis.size() + 4,
+            scale: 1.8,
         }
     }
 }
@@ -80,48 +61,15 @@ pub struct Sample {
     pub condition: f64,
 }
 
-/// Shape functions at a point: `u(x) = Σ_k values[k] u[nodes[k]]`, for fields of any kind.
-#[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
-pub struct ShapeFunctions {
-    /// Nodes whose supports hold the point, ascending.
-    pub nodes: Vec<u32>,
-    /// `φ_k(x)`, shape of `nodes`.
-    pub values: Vec<f64>,
-    /// `∇φ_k(x)` (1/m), shape of `nodes`.
-    pub gradients: Vec<DVec3>,
-    /// Condition of the scaled moment matrix.
-    pub condition: f64,
-}
-
 /// Scattered points with supports and a search tree: fields on them can be asked anywhere.
 ///
 /// `u(x) = Σ_j φ_j(x) u_j`, see [`Approximation::shape_functions_into`]. Polynomials of the basis come
 /// back exactly, other fields smoothed: the value at a node is not the node's own.
-/// [`Kernel::InverseSquare`] interpolates in the limit, but cannot be asked at a node itself.
-///
-/// ```
-/// use phyxel_mls::glam::DVec3;
-/// use phyxel_mls::{Cloud, CloudSettings};
-///
-/// let points: Vec<DVec3> = (0..1000).map(|i| {
-///     DVec3::new(f64::from(i % 10), f64::from(i / 10 % 10), f64::from(i / 100))
-/// }).collect();
-/// let field: Vec<f64> = points.iter().map(|x| x.x * x.x - x.y * x.z).collect();
-/// let cloud = Cloud::new(&points, &CloudSettings::default())?;
-/// let sample = cloud.sample(DVec3::new(4.3, 2.9, 6.6), &field)?;
-/// assert!((sample.value - (4.3 * 4.3 - 2.9 * 6.6)).abs() < 1e-11);
-/// assert!((sample.gradient - DVec3::new(8.6, -6.6, -2.9)).length() < 1e-11);
-/// // Many in parallel, each with its own answer: this one lies outside of all supports.
-/// assert!(cloud.values(&[DVec3::splat(4.5), DVec3::splat(99.0)], &field)[1].is_err());
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Debug, Clone)]
 pub struct Cloud {
     points: Vec<DVec3>,
     support_radii: Vec<f64>,
     basis: Basis,
-    kernel: Kernel,
     tree: BallTree,
 }
 
@@ -142,28 +90,19 @@ impl Cloud {
     /// not positive.
     pub fn new(points: &[DVec3], settings: &CloudSettings) -> Result<Self, CloudError> {
         let flat = flatten(points, settings.basis);
-        let radii = match settings.support {
-            SupportRule::Nearest { nearest, scale } => {
-                let settings = NearestSettings {
-                    nearest,
-                    scale,
-                    limit: Some(1),
-                };
-                k_nearest(&flat, &settings)?.support_radii
-            }
-            SupportRule::Radius(radius) => {
-                positive("the support radius", radius)?;
-                vec![radius; flat.len()]
-            }
+        let supports = NearestSettings {
+            nearest: settings.nearest,
+            scale: settings.scale,
+            limit: Some(1),
         };
-        Self::build(flat, radii, settings.basis, settings.kernel)
+        let radii = k_nearest(&flat, &supports)?.support_radii;
+        Self::build(flat, radii, settings.basis)
     }
 
     fn build(
         points: Vec<DVec3>,
         support_radii: Vec<f64>,
         basis: Basis,
-        kernel: Kernel,
     ) -> Result<Self, CloudError> {
         check(&points)?;
         if points.is_empty() {
@@ -174,7 +113,6 @@ impl Cloud {
             points,
             support_radii,
             basis,
-            kernel,
         })
     }
 
@@ -222,21 +160,6 @@ impl Cloud {
         self.each(points, |x, scratch| self.sample_with(x, field, scratch))
     }
 
-    /// Shape functions at a point, for vector fields and for systems of equations.
-    ///
-    /// # Errors
-    /// As [`Cloud::value`].
-    pub fn shape_functions(&self, x: DVec3) -> Result<ShapeFunctions, ShapeError> {
-        let mut scratch = Scratch::default();
-        let condition = self.shape_with(x, &mut scratch)?;
-        Ok(ShapeFunctions {
-            nodes: scratch.nodes,
-            values: scratch.values,
-            gradients: scratch.gradients,
-            condition,
-        })
-    }
-
     /// Answers at many points; each point's is its own, so that threads change nothing.
     fn each<T: Send>(
         &self,
@@ -270,7 +193,6 @@ impl Cloud {
             nodes: &self.points,
             support_radii: &self.support_radii,
             basis: self.basis,
-            kernel: self.kernel,
         }
     }
 
@@ -301,7 +223,12 @@ impl Cloud {
         Ok(value)
     }
 
-    fn shape_with(&self, x: DVec3, scratch: &mut Scratch) -> Result<f64, ShapeError> {
+    fn sample_with(
+        &self,
+        x: DVec3,
+        field: &[f64],
+        scratch: &mut Scratch,
+    ) -> Result<Sample, ShapeError> {
         self.gather(x, scratch)?;
         let Scratch {
             nodes,
@@ -310,26 +237,16 @@ impl Cloud {
             shape,
         } = scratch;
         gradients.resize(nodes.len(), DVec3::ZERO);
-        self.approximation()
-            .shape_functions_into(x, nodes, shape, values, gradients)
-    }
-
-    fn sample_with(
-        &self,
-        x: DVec3,
-        field: &[f64],
-        scratch: &mut Scratch,
-    ) -> Result<Sample, ShapeError> {
-        let condition = self.shape_with(x, scratch)?;
+        let approximation = self.approximation();
         let mut sample = Sample {
             value: 0.0,
             gradient: DVec3::ZERO,
-            condition,
+            condition: approximation.shape_functions_into(x, nodes, shape, values, gradients)?,
         };
-        for (k, &node) in scratch.nodes.iter().enumerate() {
+        for (k, &node) in nodes.iter().enumerate() {
             let u = field[node as usize];
-            sample.value += scratch.values[k] * u;
-            sample.gradient += scratch.gradients[k] * u;
+            sample.value += values[k] * u;
+            sample.gradient += gradients[k] * u;
         }
         Ok(sample)
     }

@@ -1,14 +1,5 @@
-//! Gradient stencils that are conservative and consistent at once.
-//!
-//! With `X_ij = X_j − X_i`, weights `w_ij` and volumes `V_i` the moving-least-squares stencil is
-//! `g0_ij = w_ij A_i⁻¹ X_ij`, `A_i = Σ_j w_ij X_ij X_ijᵀ` (Aras 2014, eqs. (25)–(27)). It is
-//! consistent (`Σ_j X_ij g0_ijᵀ = I`) but not conservative. Minimising `Σ |g − g0|² / w` under
-//! consistency and `Σ_i V_i g_ij = b_j` (self terms included) gives
-//!
-//! `g_ij = g0_ij + V_i w_ij e_ij(μ)`, `e_ij(μ) = (μ_j − μ_i) − H_i X_ij`,
-//! `H_i = Σ_k (μ_k − μ_i) g0_ikᵀ`,
-//!
-//! with μ from one symmetric positive semidefinite system per cloud, see [`operator`].
+//! Gradient stencils that are conservative and consistent at once: see [`GradientStencils::conservative`];
+//! μ comes from one symmetric positive semidefinite system per cloud, see [`operator`].
 
 mod coarse;
 mod iteration;

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::error::StencilError;
-use crate::kernel::Kernel;
+use crate::kernel::kernel;
 use crate::neighborhoods::Neighborhoods;
 use crate::search::KNearest;
 use crate::stencil::GradientStencils;
@@ -60,12 +60,7 @@ pub fn dissertation_cloud(
     let one_way = &near.neighborhoods;
     one_way.check_nodes("positions", points.len())?;
     let neighborhoods = one_way.symmetrized()?;
-    let mut weights = kernel_weights(
-        Kernel::Polynomial,
-        points,
-        &near.support_radii,
-        &neighborhoods,
-    );
+    let mut weights = kernel_weights(points, &near.support_radii, &neighborhoods);
     for node in 0..points.len() {
         for (pair, &other) in neighborhoods.pairs(node).zip(neighborhoods.row(node)) {
             if one_way.find_pair(node, other).is_none() {
@@ -80,7 +75,7 @@ pub fn dissertation_cloud(
     })
 }
 
-/// Integral of the polynomial kernel over its support of radius 1.
+/// Integral of the kernel over its support of radius 1.
 const INTEGRAL: f64 = 64.0 * std::f64::consts::PI / 315.0;
 
 /// Masses, densities and volumes of nodes.
@@ -117,7 +112,7 @@ fn masses(positions: &[DVec3], near: &KNearest, density: f64) -> NodalMasses {
         let h = support_radii[j];
         if h > 0.0 {
             let q = (positions[j] - positions[i]).length() / h;
-            cubes[j] * Kernel::Polynomial.value(q) / (INTEGRAL * h * h * h)
+            cubes[j] * kernel(q) / (INTEGRAL * h * h * h)
         } else {
             0.0
         }
@@ -160,7 +155,7 @@ mod tests {
         let near = k_nearest(&points, &NearestSettings::default()).unwrap();
         let made = dissertation_cloud(&points, &near, 1000.0, 1e-3).unwrap();
         let one_way = &near.neighborhoods;
-        let weights = kernel_weights(Kernel::Polynomial, &points, &near.support_radii, one_way);
+        let weights = kernel_weights(&points, &near.support_radii, one_way);
         // The kernel is 0 at a neighbour that is looked for and lies outside of the support.
         let weighted = weights.iter().filter(|weight| **weight > 0.0).count();
         let alone = GradientStencils::plain(&points, one_way, weights, 1e-3).unwrap();

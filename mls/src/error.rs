@@ -184,10 +184,4 @@ pub enum ShapeError {
         /// First function that the ones before it already express.
         function: usize,
     },
-    /// A singular weight at the node itself.
-    #[error("the weight of node {node} is infinite at the point; evaluate next to the node")]
-    InfiniteWeight {
-        /// The node.
-        node: u32,
-    },
 }

@@ -17,12 +17,12 @@ mod symmetric;
 mod weights;
 
 pub use basis::{Basis, Dimension, Order};
-pub use cloud::{Cloud, CloudSettings, Sample, ShapeFunctions, SupportRule};
+pub use cloud::{Cloud, CloudSettings, Sample};
 pub use conservative::ConservativeSettings;
 pub use dissertation::{DissertationCloud, NodalMasses, dissertation_cloud};
 pub use error::{CloudError, GraphError, MapError, ShapeError, StencilError};
 pub use glam;
-pub use kernel::Kernel;
+pub use kernel::{kernel, kernel_slope};
 pub use map::{MapFrame, MaterialMap, Preimage};
 pub use neighborhoods::Neighborhoods;
 pub use search::{KNearest, NearestSettings, k_nearest, within_radius};

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::basis::{Basis, BasisValues, LARGEST_BASIS};
 use crate::error::ShapeError;
-use crate::kernel::Kernel;
+use crate::kernel::{kernel, kernel_slope};
 
 /// Square of the smallest pivot, relative to its diagonal, below which a moment matrix counts as
 /// singular: at this point a reproduced polynomial keeps no digit.
@@ -21,8 +21,6 @@ pub struct Approximation<'a> {
     pub support_radii: &'a [f64],
     /// Basis of the approximation.
     pub basis: Basis,
-    /// Weight function.
-    pub kernel: Kernel,
 }
 
 /// Workspace of [`Approximation::shape_functions_into`]; contents on entry do not matter.
@@ -61,8 +59,8 @@ impl Approximation<'_> {
     /// Returns the condition number of the scaled moment matrix (1-norm).
     ///
     /// # Errors
-    /// [`ShapeError`] if fewer supports than the basis has functions hold x, if the moment matrix is
-    /// singular, or if a weight is infinite. Outputs are then unspecified.
+    /// [`ShapeError`] if fewer supports than the basis has functions hold x, or if the moment matrix is
+    /// singular. Outputs are then unspecified.
     ///
     /// # Panics
     /// If an output is not as long as `neighbors`, or an index is out of range.
@@ -170,16 +168,13 @@ impl Approximation<'_> {
             let h = self.support_radii[node as usize];
             let r = from.length();
             let held = r < h;
-            let w = if held { self.kernel.value(r / h) } else { 0.0 };
-            if !w.is_finite() {
-                return Err(ShapeError::InfiniteWeight { node });
-            }
+            let w = if held { kernel(r / h) } else { 0.0 };
             if w > 0.0 {
                 found += 1;
                 scale = scale.max(r);
             }
             let slope = if held && r > 0.0 {
-                self.kernel.derivative(r / h) / (h * r)
+                kernel_slope(r / h) / (h * r)
             } else {
                 0.0
             };

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::kernel::Kernel;
+use crate::kernel::kernel;
 use crate::neighborhoods::Neighborhoods;
 use crate::parallel::{ROWS_PER_TASK, fill_rows, map};
 
@@ -29,14 +29,10 @@ fn for_pairs(
 /// * `positions` -- node positions (m), shape `(n)`.
 /// * `support_radii` -- h (m), shape `(n)`. A radius of 0 gives the weight 0.
 ///
-/// Pairs of coincident nodes get the weight 0 where the kernel is infinite, as [`Kernel::InverseSquare`] is;
-/// they carry no direction and so add nothing to a gradient.
-///
 /// # Panics
 /// If the slices are not `n` long.
 #[must_use]
 pub fn kernel_weights(
-    kernel: Kernel,
     positions: &[DVec3],
     support_radii: &[f64],
     neighborhoods: &Neighborhoods,
@@ -44,8 +40,8 @@ pub fn kernel_weights(
     let nodes = neighborhoods.node_count();
     assert_eq!(support_radii.len(), nodes, "one radius per node");
     for_pairs(positions, neighborhoods, |i, j| {
-        let q = (positions[j] - positions[i]).length() / support_radii[j];
-        finite_or_zero(kernel.value(q))
+        let weight = kernel((positions[j] - positions[i]).length() / support_radii[j]);
+        if weight.is_finite() { weight } else { 0.0 }
     })
 }
 
@@ -59,13 +55,9 @@ pub fn kernel_weights(
 #[must_use]
 pub fn inverse_square_weights(positions: &[DVec3], neighborhoods: &Neighborhoods) -> Vec<f64> {
     for_pairs(positions, neighborhoods, |i, j| {
-        finite_or_zero((positions[j] - positions[i]).length_squared().recip())
+        let weight = (positions[j] - positions[i]).length_squared().recip();
+        if weight.is_finite() { weight } else { 0.0 }
     })
-}
-
-/// Infinite weights are those of coincident nodes.
-fn finite_or_zero(weight: f64) -> f64 {
-    if weight.is_finite() { weight } else { 0.0 }
 }
 
 /// Mean distance of every node to its neighbours (m), shape `(n)`; 0 for a node without neighbours.
@@ -106,31 +98,19 @@ mod tests {
         let radii: Vec<f64> = (0..points.len()).map(|i| 0.2 + 1e-4 * i as f64).collect();
         let square = inverse_square_weights(&points, &graph);
         let mean = mean_neighbor_distance(&points, &graph);
-        for kernel in Kernel::ALL {
-            let weights = kernel_weights(kernel, &points, &radii, &graph);
-            for i in 0..points.len() {
-                let mut sum = 0.0;
-                for (pair, j) in graph.entries(i) {
-                    let r = (points[j] - points[i]).length();
-                    sum += r;
-                    let expected = if r > 0.0 {
-                        kernel.value(r / radii[j])
-                    } else if kernel == Kernel::InverseSquare {
-                        0.0
-                    } else {
-                        1.0
-                    };
-                    assert_eq!(weights[pair], expected);
-                    let expected = if r > 0.0 {
-                        1.0 / (points[j] - points[i]).length_squared()
-                    } else {
-                        0.0
-                    };
-                    assert_eq!(square[pair], expected);
-                }
-                if !graph.row(i).is_empty() {
-                    assert!((mean[i] - sum / graph.row(i).len() as f64).abs() < 1e-14);
-                }
+        let weights = kernel_weights(&points, &radii, &graph);
+        for i in 0..points.len() {
+            let mut sum = 0.0;
+            for (pair, j) in graph.entries(i) {
+                let r = (points[j] - points[i]).length();
+                sum += r;
+                assert_eq!(weights[pair], kernel(r / radii[j]));
+                let square_length = (points[j] - points[i]).length_squared();
+                let expected = if r > 0.0 { 1.0 / square_length } else { 0.0 };
+                assert_eq!(square[pair], expected);
+            }
+            if !graph.row(i).is_empty() {
+                assert!((mean[i] - sum / graph.row(i).len() as f64).abs() < 1e-14);
             }
         }
     }

@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::StudyError;
 use crate::report::{Series, plots};
 use glam::DVec3;
-use phyxel_mls::{Approximation, Basis, Dimension, Kernel, Order, ShapeScratch};
+use phyxel_mls::{Approximation, Basis, Dimension, Order, ShapeScratch};
 use testkit::cloud::{Random, lattice};
 use testkit::derivative::observed_order;
 
@@ -32,7 +32,6 @@ fn errors(order: Order, cells: u32) -> (f64, f64) {
         nodes: &nodes,
         support_radii: &radii,
         basis: Basis::polynomial(order, Dimension::Three),
-        kernel: Kernel::Polynomial,
     };
     let mut random = Random::new(1);
     let mut scratch = ShapeScratch::default();

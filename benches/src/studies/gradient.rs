@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 use phyxel_mls::{
-    Approximation, Basis, ConservativeSettings, Dimension, GradientStencils, Kernel,
-    NearestSettings, Neighborhoods, Order, ShapeScratch, inverse_square_weights, k_nearest,
-    kernel_weights, within_radius,
+    Approximation, Basis, ConservativeSettings, Dimension, GradientStencils, NearestSettings,
+    Neighborhoods, Order, ShapeScratch, inverse_square_weights, k_nearest, kernel_weights,
+    within_radius,
 };
 
 use crate::report::{Report, Series, Table, median_time, plots, row};
@@ -164,7 +164,7 @@ fn measure(method: Method, cloud: &Cloud) -> Result<Measured, StudyError> {
         Method::Dissertation => of_stencils(cloud, || {
             let near = k_nearest(&cloud.positions, &NearestSettings::default())?;
             let (graph, radii) = (near.neighborhoods, near.support_radii);
-            let weights = kernel_weights(Kernel::Polynomial, &cloud.positions, &radii, &graph);
+            let weights = kernel_weights(&cloud.positions, &radii, &graph);
             let stencils = GradientStencils::plain(&cloud.positions, &graph, weights, 1e-3)?;
             Ok((graph, stencils))
         }),
@@ -244,7 +244,6 @@ fn of_shape_functions(cloud: &Cloud, order: Order) -> Result<Measured, StudyErro
             nodes: &cloud.positions,
             support_radii: &radii,
             basis: Basis::polynomial(order, Dimension::Three),
-            kernel: Kernel::Polynomial,
         };
         let mut scratch = ShapeScratch::default();
         let (mut near, mut phi, mut dphi) = (Vec::new(), Vec::new(), Vec::new());

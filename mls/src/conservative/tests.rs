@@ -137,7 +137,7 @@ fn any_symmetric_neighbourhood_will_do() {
     let block = block([6, 6, 6], 1.0, 0.2, 2);
     let graph = within_radius(&block.positions, 1.8).unwrap();
     let radii = vec![2.2; block.positions.len()];
-    let weights = kernel_weights(crate::Kernel::Polynomial, &block.positions, &radii, &graph);
+    let weights = kernel_weights(&block.positions, &radii, &graph);
     let settings = ConservativeSettings::default();
     let s = weighted(&block, &graph, weights, &settings).unwrap();
     is_exact(&block, &graph, &s);

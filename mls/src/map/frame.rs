@@ -4,12 +4,9 @@ use glam::{DMat3, DVec3};
 
 use super::MaterialMap;
 use crate::error::MapError;
-use crate::kernel::Kernel;
+use crate::kernel::{kernel, kernel_slope};
 use crate::search::PointRuns;
 use crate::symmetric::outer;
-
-/// Weight function of the supports.
-const KERNEL: Kernel = Kernel::Polynomial;
 
 /// Newton's method stops when a step is below this fraction of the support radius of the start node.
 const TOLERANCE: f64 = 1e-12;
@@ -204,12 +201,12 @@ impl MapFrame<'_> {
             let h = map.support_radii[i];
             let from = material - map.rest_positions[i];
             let r = from.length();
-            let w = KERNEL.value(r / h);
+            let w = kernel(r / h);
             if w <= 0.0 {
                 continue;
             }
             let slope = if r > 0.0 {
-                KERNEL.derivative(r / h) / (h * r)
+                kernel_slope(r / h) / (h * r)
             } else {
                 0.0
             };
@@ -242,7 +239,9 @@ impl MapFrame<'_> {
             nodes
         };
         let bound = TOLERANCE * map.support_radii[start as usize];
-        let mut material = self.affine(world, start)?;
+        let i = start as usize;
+        let back = invert(&self.gradients[i])? * (world - self.positions[i]);
+        let mut material = map.rest_positions[i] + back;
         // One set of nodes serves all iterates that stay near its centre.
         let slack = SLACK * map.support_radii[start as usize];
         let mut centre = material;
@@ -283,13 +282,6 @@ impl MapFrame<'_> {
             }
         }
         None
-    }
-
-    /// `X_i + F_i⁻¹ (x − x_i)`, `None` if F is singular.
-    pub(super) fn affine(&self, world: DVec3, node: u32) -> Option<DVec3> {
-        let i = node as usize;
-        let back = invert(&self.gradients[i])? * (world - self.positions[i]);
-        Some(self.map.rest_positions[i] + back)
     }
 }
 

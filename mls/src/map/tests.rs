@@ -1,5 +1,5 @@
 use super::*;
-use crate::kernel::Kernel;
+use crate::kernel::kernel;
 use crate::search::{NearestSettings, k_nearest};
 use crate::weights::mean_neighbor_distance;
 use glam::DMat3;
@@ -139,7 +139,7 @@ fn one_shot_inverses_of_the_dissertation_are_spacings_off() {
             let (mut matrix, mut right) = (DMat3::ZERO, DVec3::ZERO);
             for (i, &centre) in centres.iter().enumerate() {
                 let radius = body.map.support_radii[i];
-                let w = Kernel::Polynomial.value((world - centre).length() / radius);
+                let w = kernel((world - centre).length() / radius);
                 let back = (gradients[i] - DMat3::IDENTITY) * body.points[i];
                 matrix += gradients[i] * w;
                 right += (world - moved[i] + body.points[i] + back) * w;

@@ -37,37 +37,34 @@ fn gradient_is_the_derivative_of_the_values() {
             });
         }
         for basis in bases {
-            for kernel in Kernel::ALL {
-                let approximation = Approximation {
-                    nodes: &nodes,
-                    support_radii: &radii,
-                    basis,
-                    kernel,
+            let approximation = Approximation {
+                nodes: &nodes,
+                support_radii: &radii,
+                basis,
+            };
+            let mut scratch = ShapeScratch::default();
+            let mut phi = vec![0.0; nodes.len()];
+            let mut gradient = vec![DVec3::ZERO; nodes.len()];
+            approximation
+                .shape_functions_into(x, &neighbors, &mut scratch, &mut phi, &mut gradient)
+                .unwrap();
+            let mut values_alone = vec![0.0; nodes.len()];
+            approximation
+                .shape_values_into(x, &neighbors, &mut scratch, &mut values_alone)
+                .unwrap();
+            assert_eq!(phi, values_alone);
+            for j in (0..nodes.len()).filter(|&j| phi[j] != 0.0).take(12) {
+                let mut out = vec![0.0; nodes.len()];
+                let along = |t: f64| {
+                    let x = x + direction * t;
+                    let made =
+                        approximation.shape_values_into(x, &neighbors, &mut scratch, &mut out);
+                    made.unwrap();
+                    out[j]
                 };
-                let mut scratch = ShapeScratch::default();
-                let mut phi = vec![0.0; nodes.len()];
-                let mut gradient = vec![DVec3::ZERO; nodes.len()];
-                approximation
-                    .shape_functions_into(x, &neighbors, &mut scratch, &mut phi, &mut gradient)
-                    .unwrap();
-                let mut values_alone = vec![0.0; nodes.len()];
-                approximation
-                    .shape_values_into(x, &neighbors, &mut scratch, &mut values_alone)
-                    .unwrap();
-                assert_eq!(phi, values_alone);
-                for j in (0..nodes.len()).filter(|&j| phi[j] != 0.0).take(12) {
-                    let mut out = vec![0.0; nodes.len()];
-                    let along = |t: f64| {
-                        let x = x + direction * t;
-                        let made =
-                            approximation.shape_values_into(x, &neighbors, &mut scratch, &mut out);
-                        made.unwrap();
-                        out[j]
-                    };
-                    let slope = gradient[j].dot(direction);
-                    let error = directional_error(along, slope, 1e-3, 1e-2);
-                    assert_below(&format!("{basis:?} {kernel:?} node {j}"), error, 2e-7);
-                }
+                let slope = gradient[j].dot(direction);
+                let error = directional_error(along, slope, 1e-3, 1e-2);
+                assert_below(&format!("{basis:?} node {j}"), error, 2e-7);
             }
         }
     }
@@ -82,7 +79,6 @@ fn crack_tip_basis_reproduces_the_opening_of_a_crack() {
         nodes: &nodes,
         support_radii: &radii,
         basis: Basis::CrackTip { tip, angle: 0.0 },
-        kernel: Kernel::Polynomial,
     };
     let field = |x: DVec3| {
         let (dx, dy) = (x.x - tip.x, x.y - tip.y);
@@ -124,7 +120,6 @@ fn observed_orders_of_convergence() {
             nodes: &nodes,
             support_radii: &radii,
             basis: Basis::polynomial(order, Dimension::Three),
-            kernel: Kernel::Polynomial,
         };
         let mut scratch = ShapeScratch::default();
         let mut phi = vec![0.0; nodes.len()];
@@ -162,31 +157,4 @@ fn observed_orders_of_convergence() {
         );
         assert!(value < value_order + 1.3, "{found} is suspicious");
     }
-}
-
-#[test]
-fn every_error_is_named() {
-    let nodes = [DVec3::ZERO, DVec3::X, DVec3::X * 2.0, DVec3::X * 3.0];
-    let neighbors = [0, 1, 2, 3];
-    let radii = [1.0, 3.0, 3.0, 3.0];
-    let mut scratch = ShapeScratch::default();
-    let mut phi = [0.0; 4];
-    let mut at = |x: f64, basis, kernel| {
-        Approximation {
-            nodes: &nodes,
-            support_radii: &radii,
-            basis,
-            kernel,
-        }
-        .shape_values_into(DVec3::X * x, &neighbors, &mut scratch, &mut phi)
-    };
-    let linear = Basis::polynomial(Order::Linear, Dimension::One);
-    let plane = Basis::polynomial(Order::Linear, Dimension::Two);
-    let (found, needed) = (1, 2);
-    let few = Err(ShapeError::TooFewNeighbors { found, needed });
-    assert_eq!(at(5.5, linear, Kernel::Polynomial), few);
-    let singular = Err(ShapeError::SingularMoment { function: 2 });
-    assert_eq!(at(1.5, plane, Kernel::Polynomial), singular);
-    let infinite = Err(ShapeError::InfiniteWeight { node: 1 });
-    assert_eq!(at(1.0, linear, Kernel::InverseSquare), infinite);
 }

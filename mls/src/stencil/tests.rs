@@ -1,5 +1,4 @@
 use super::*;
-use crate::kernel::Kernel;
 use crate::search::{NearestSettings, k_nearest};
 use crate::weights::kernel_weights;
 use glam::DQuat;
@@ -12,7 +11,7 @@ use testkit::tol::assert_below;
 fn build(points: &[DVec3]) -> (Neighborhoods, GradientStencils) {
     let found = k_nearest(points, &NearestSettings::default()).unwrap();
     let graph = found.neighborhoods;
-    let weights = kernel_weights(Kernel::Polynomial, points, &found.support_radii, &graph);
+    let weights = kernel_weights(points, &found.support_radii, &graph);
     let stencils = GradientStencils::plain(points, &graph, weights, 1e-3).unwrap();
     (graph, stencils)
 }

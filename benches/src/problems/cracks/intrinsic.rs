@@ -5,7 +5,7 @@
 use glam::{DMat3, DVec3};
 use phyxel_enrich::Cuts;
 use phyxel_integrate::ForceLaw;
-use phyxel_mls::{Approximation, Basis, GradientStencils, Kernel, ShapeScratch};
+use phyxel_mls::{Approximation, Basis, GradientStencils, ShapeScratch};
 
 use super::plate::Plate;
 use super::{shear_modulus, stress};
@@ -85,7 +85,6 @@ impl Rows {
                         nodes: rest,
                         support_radii: &radii,
                         basis: Basis::CrackTip { tip, angle },
-                        kernel: Kernel::Polynomial,
                     };
                     let mut phi = vec![0.0; seen.len()];
                     let mut slopes = vec![DVec3::ZERO; seen.len()];

@@ -1,7 +1,7 @@
 //! Figures 5 to 7, 11 and 14 to 17 and table 1: approximation on a line.
 
 use glam::DVec3;
-use phyxel_mls::{Approximation, Basis, Dimension, Kernel, Order, ShapeScratch};
+use phyxel_mls::{Approximation, Basis, Dimension, Order, ShapeScratch, kernel};
 use testkit::cloud::Random;
 
 use crate::StudyError;
@@ -55,7 +55,6 @@ fn shapes(nodes: &Nodes, radius: f64, order: Order, x: f64) -> Result<Vec<f64>, 
         nodes: &nodes.at,
         support_radii: &radii,
         basis: Basis::polynomial(order, Dimension::One),
-        kernel: Kernel::Polynomial,
     };
     let mut phi = vec![0.0; nodes.at.len()];
     let mut scratch = ShapeScratch::default();
@@ -90,7 +89,7 @@ fn mls(
 fn sph(nodes: &Nodes, radius: f64, data: &[f64]) -> Vec<(f64, f64)> {
     let value = |x: f64| -> f64 {
         let terms = nodes.at.iter().zip(&nodes.lengths).zip(data);
-        let weight = |at: &DVec3| Kernel::Polynomial.value((x - at.x).abs() / radius);
+        let weight = |at: &DVec3| kernel((x - at.x).abs() / radius);
         let parts = terms.map(|((at, length), u)| weight(at) * u * length);
         parts.sum::<f64>() / (32.0 / 35.0 * radius)
     };
@@ -161,17 +160,15 @@ pub(super) fn draw() -> Result<(Vec<Plot>, Vec<Table>), StudyError> {
         line.points.retain(|point| point.0 <= 4.0);
     }
 
-    let kernel = (-60..=60).map(|k| f64::from(k) / 50.0);
-    let kernel = kernel
-        .map(|r| (r, Kernel::Polynomial.value(r.abs())))
-        .collect();
+    let distances = (-60..=60).map(|k| f64::from(k) / 50.0);
+    let weights = distances.map(|r| (r, kernel(r.abs()))).collect();
     let mut plots = plots![
         "figure5" "Figure 5: constant data, even nodes", linear ALONG, linear "u" => constant;
         "figure6" "Figure 6: constant data, uneven nodes", linear ALONG, linear "u" => moved;
         "figure7" "Figure 7: data of x^2, radius 5, at the first of 21 nodes",
             linear ALONG, linear "u" => parabolas;
         "figure11" "Figure 11: the polynomial kernel",
-            linear "distance over support radius", linear "w" => vec![Series::line("w", kernel)];
+            linear "distance over support radius", linear "w" => vec![Series::line("w", weights)];
     ];
     plots.extend(random_data(&even)?);
     let errors = Table::new(
@@ -198,7 +195,7 @@ fn random_data(even: &Nodes) -> Result<Vec<Plot>, StudyError> {
     };
     let at_ninth = |order| -> Result<Vec<Series>, StudyError> {
         let (ninth, radius) = (even.at[8].x, 5.0);
-        let weight = |x: f64| Kernel::Polynomial.value((x - ninth).abs() / radius);
+        let weight = |x: f64| kernel((x - ninth).abs() / radius);
         let weights = even.at.iter().map(|x| (x.x, weight(x.x))).collect();
         let shape = shapes(even, radius, order, ninth)?;
         let shape = even.at.iter().zip(shape).map(|(x, phi)| (x.x, phi));

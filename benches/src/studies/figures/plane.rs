@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 use phyxel_enrich::{
     CutSettings, Cuts, EnrichmentGrid, GridSettings, Rule, product_of_segments, segment_enrichment,
 };
-use phyxel_mls::Kernel;
+use phyxel_mls::kernel;
 
 use super::Drawn;
 use super::canvas::{Image, Plot, View, hue};
@@ -152,7 +152,7 @@ fn influences() -> Result<Vec<Drawn>, StudyError> {
     ];
     let drawn = rules.into_iter().map(|(rule, caption)| {
         let weight = |p: DVec2| {
-            let kernel = Kernel::Polynomial.value(p.distance(node) / radius);
+            let kernel = kernel(p.distance(node) / radius);
             if kernel > 0.0 {
                 kernel * factor(rule, &cuts, p, node)
             } else {
