@@ -263,16 +263,7 @@ impl<'a> Filler<'a> {
             }
             ratio = nodes / model(cell, volume, area);
         }
-        if let Some(accepted) = accepted {
-            return Ok(accepted);
-        }
-        if vanished || nearest == 0.0 {
-            return Err(body.vanished(first));
-        }
-        Err(SampleError::NodeCount {
-            wanted,
-            reached: nearest as usize,
-        })
+        accepted.ok_or_else(|| body.missed(wanted, nearest as usize, vanished, first))
     }
 
     /// Fits a lattice to a box: of the cell counts that give the wanted number of nodes, the one

@@ -360,16 +360,7 @@ fn search(
             cell = 0.5 * (fine + coarse);
         }
     }
-    if let Some(places) = accepted {
-        return Ok(places);
-    }
-    if vanished || nearest == 0 {
-        return Err(body.vanished(first));
-    }
-    Err(SampleError::NodeCount {
-        wanted,
-        reached: nearest,
-    })
+    accepted.ok_or_else(|| body.missed(wanted, nearest, vanished, first))
 }
 
 fn finish(solid: &Solid, places: Places) -> Result<PointSampling, SampleError> {

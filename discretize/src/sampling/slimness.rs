@@ -109,6 +109,21 @@ impl<'a> Slimness<'a> {
         Err(too_fine(cell * MEAN_EDGE, cells, self.limit))
     }
 
+    /// The error of a search that ends without the number of nodes: `reached` is the nearest, `first` the cell that
+    /// it began with.
+    pub(crate) fn missed(
+        &self,
+        wanted: usize,
+        reached: usize,
+        vanished: bool,
+        first: f64,
+    ) -> SampleError {
+        if vanished || reached == 0 {
+            return self.vanished(first);
+        }
+        SampleError::NodeCount { wanted, reached }
+    }
+
     /// The error of a body that is lost at a cell size, with a finer spacing: half the mean thickness leaves room for
     /// parts that are thinner.
     pub(crate) fn vanished(&self, cell: f64) -> SampleError {
