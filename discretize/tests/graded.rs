@@ -1,17 +1,13 @@
 //! Octrees and tetrahedra on them: balance, sizes, sums, quality.
 
-use crate::common::{
-    BlobKind, blob, check_graded, check_octree, check_sums, graded, refined, shapes,
-};
+use crate::common::{check_graded, check_octree, check_sums, graded, refined, shapes};
 use glam::DVec3;
 use phyxel_discretize::{
     Grading, Octree, Primitive, SampleError, SampleSettings, SampleTarget, SampledNodes, Solid,
     sample_tetrahedra, surface_mesh,
 };
-use proptest::prelude::*;
 use testkit::assert_matches;
 use testkit::on_threads;
-use testkit::strategies::vector;
 use testkit::tol::{assert_below, assert_relative};
 
 #[test]
@@ -155,27 +151,4 @@ fn bad_gradings_are_refused() {
     };
     let fine = sample_tetrahedra(&liver, &small).unwrap_err();
     assert_matches!(fine, SampleError::TooFine { .. });
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(8))]
-    #[test]
-    fn random_blobs_on_random_octrees(
-        blob in blob(), fine in vector(1.0), factor in 0.2..1.0_f64, coarsest in 1.0..6.0_f64,
-    ) {
-        let (solid, size) = (blob.solid(), blob.size);
-        let grading = refined(blob.center() + size * fine, 0.3 * size, factor, coarsest);
-        let tree = Octree::new(&solid, 0.3 * size, &grading, 1_000_000).unwrap();
-        check_octree(&tree);
-        let run = || graded(&solid, SampleTarget::Spacing(0.25 * size), grading.clone()).unwrap();
-        let s = on_threads(1, run);
-        check_sums("blob", &s);
-        let q = s.report.quality;
-        // Of 180 bodies the worst had 18.7 degrees, but for one whose sharp rim ran through cells
-        // of different sizes: 7.6.
-        let bar = if matches!(blob.kind, BlobKind::Bite) { 5.0 } else { 8.0 };
-        assert!(q.smallest_dihedral > bar, "{q:?}");
-        blob.check_none_outside(&s.positions);
-
-    }
 }

@@ -1,6 +1,7 @@
 //! Everything that the crate promises, in one binary: files, repairs, samplings, errors.
 #![allow(clippy::unwrap_used, reason = "a failing test names its line")]
 
+mod blobs;
 mod common;
 mod errors;
 mod files;

@@ -1,35 +1,14 @@
 //! Nodes without tetrahedra: sums, positions, volumes.
 
-use crate::common::{ball, blob, check_boundary, check_count, folder_of_meshes, refined, shapes};
+use crate::common::{ball, check_count, check_points, folder_of_meshes, gradings, shapes};
 use glam::DVec3;
 use phyxel_discretize::{
-    Grading, PointSampling, Primitive, SampleError, SampleSettings, SampleTarget, Solid,
-    estimate_point_nodes, estimate_tetrahedra_nodes, parse_mesh, read_mesh, repair, sample_points,
-    sample_tetrahedra, surface_mesh,
+    Grading, Primitive, SampleError, SampleSettings, SampleTarget, Solid, estimate_point_nodes,
+    estimate_tetrahedra_nodes, parse_mesh, read_mesh, repair, sample_points, sample_tetrahedra,
+    surface_mesh,
 };
-use proptest::prelude::*;
 use testkit::assert_matches;
-use testkit::on_threads;
-use testkit::tol::{assert_below, assert_relative};
-
-fn check(name: &str, s: &PointSampling) {
-    assert!(s.volumes.iter().all(|v| *v > 0.0), "{name}");
-    let volume: f64 = s.volumes.iter().sum();
-    assert_relative(name, volume, s.report.volume, 0.0, 1e-12);
-    let area = s.report.area;
-    check_boundary(name, &s.positions, &s.boundary_vectors, volume, area);
-    // A plate little thicker than a cell is the worst: 0.16.
-    assert_below(name, s.report.correction.abs(), 0.18);
-}
-
-fn gradings(center: DVec3, radius: f64) -> [Grading; 3] {
-    let coarse = Grading {
-        coarsest: 4.0,
-        ..Grading::default()
-    };
-    let fine = refined(center, radius, 0.5, 2.0);
-    [Grading::default(), coarse, fine]
-}
+use testkit::tol::assert_below;
 
 fn with(target: SampleTarget, grading: Grading) -> SampleSettings {
     SampleSettings {
@@ -50,7 +29,7 @@ fn every_shape_lattice_and_octree_with_and_without_surface_nodes() {
                     let name = format!("{shape:?} {grading:?} {on_surface}");
                     let settings = with(SampleTarget::NodeCount(250), grading.clone());
                     let s = sample_points(solid, &settings, on_surface).unwrap();
-                    check(&name, &s);
+                    check_points(&name, &s);
                     check_count(&name, s.positions.len(), 250);
                     let count = s.on_surface.iter().filter(|on| **on).count();
                     assert_eq!(count, s.report.surface_nodes);
@@ -109,7 +88,7 @@ fn real_meshes_without_tetrahedra() {
         {
             let settings = with(SampleTarget::NodeCount(target), grading);
             let s = sample_points(&solid, &settings, true).unwrap();
-            check(name, &s);
+            check_points(name, &s);
             check_count(name, s.positions.len(), target);
         }
     }
@@ -125,7 +104,7 @@ fn wedges_as_sharp_as_a_blade_have_boundary_vectors() {
     for target in [1000, 25_000] {
         let settings = with(SampleTarget::NodeCount(target), Grading::default());
         let s = sample_points(&solid, &settings, true).unwrap();
-        check("wedge", &s);
+        check_points("wedge", &s);
         check_count("wedge", s.positions.len(), target);
     }
 }
@@ -150,21 +129,6 @@ fn bad_targets_are_refused() {
     let written = refused(SampleTarget::NodeCount(1500)).unwrap().to_vtk();
     assert!(parse_mesh(&written).is_err(), "points are no mesh");
     assert!(written.len() > 1500 * (24 + 8 + 24));
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(6))]
-    #[test]
-    fn random_blobs_in_any_frame_and_scale(blob in blob(), kind in 0..3_usize) {
-        let (solid, size) = (blob.solid(), blob.size);
-        let grading = gradings(blob.center() + size * blob.bump, 0.3 * size)[kind].clone();
-        let settings = with(SampleTarget::Spacing(0.25 * size), grading);
-        let run = || sample_points(&solid, &settings, kind != 1).unwrap();
-        let s = on_threads(1, run);
-        check("blob", &s);
-        blob.check_none_outside(&s.positions);
-        assert_eq!(s, on_threads(2, run), "threads");
-    }
 }
 
 /// The counts reported before sampling are those made, but for the surface's share.

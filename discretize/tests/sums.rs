@@ -1,13 +1,11 @@
 //! Sums, positions and quality of samplings of shapes, under rigid motions and scales.
 
-use crate::common::{ball, blob, check_count, check_sums, cube, shapes};
+use crate::common::{ball, check_count, check_sums, cube, shapes};
 use glam::DVec3;
 use phyxel_discretize::{
     Primitive, SampleSettings, SampleTarget, SampledNodes, Solid, SurfaceSamples, sample_surfels,
     sample_tetrahedra, surface_mesh, tetrahedra_edges,
 };
-use proptest::prelude::*;
-use testkit::on_threads;
 use testkit::tol::{assert_below, assert_relative};
 
 fn nodes(solid: &Solid, count: usize) -> SampledNodes {
@@ -148,24 +146,6 @@ fn edges_are_symmetric_sorted_and_complete() {
         .flat_map(|i| row(i).iter().map(move |j| (i, *j)))
         .collect();
     assert!(found.iter().eq(expected.iter()));
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(12))]
-    #[test]
-    fn random_blobs_in_any_frame_and_scale(blob in blob()) {
-        let (solid, size) = (blob.solid(), blob.size);
-        let settings = SampleSettings::spacing(0.22 * size);
-        let run = || sample_tetrahedra(&solid, &settings).expect("a blob of many cells");
-        let s = on_threads(1, run);
-        check_sums("sums", &s);
-        let q = s.report.quality;
-        assert!(q.smallest_dihedral > 10.7, "{q:?}");
-        assert_relative("spacing", q.mean_edge, 0.22 * size, 0.0, 0.05);
-        assert!(q.shortest_edge > 0.2 * q.mean_edge, "{q:?}");
-        blob.check_none_outside(&s.positions);
-        assert_eq!(s, on_threads(2, run), "threads");
-    }
 }
 
 #[test]
