@@ -26,7 +26,7 @@ impl Neighborhoods {
     /// # Errors
     /// [`GraphError`] naming the position: offsets that break the rule, an index out of range, a self
     /// entry.
-    pub fn from_graph(offsets: Vec<u32>, mut indices: Vec<u32>) -> Result<Self, GraphError> {
+    pub fn from_graph(offsets: Vec<u32>, indices: Vec<u32>) -> Result<Self, GraphError> {
         let count = offsets.len().checked_sub(1).ok_or(GraphError::Empty)?;
         let mut last = 0;
         for (position, &value) in offsets.iter().enumerate() {
@@ -36,10 +36,9 @@ impl Neighborhoods {
             }
             last = value;
         }
-        let mut unique = true;
+        let graph = Self { offsets, indices };
         for node in 0..count {
-            let row = &mut indices[offsets[node] as usize..offsets[node + 1] as usize];
-            for &neighbor in row.iter() {
+            for &neighbor in graph.row(node) {
                 if neighbor as usize >= count {
                     return Err(GraphError::OutOfRange {
                         node,
@@ -51,15 +50,8 @@ impl Neighborhoods {
                     return Err(GraphError::SelfLoop { node });
                 }
             }
-            row.sort_unstable();
-            unique &= row.windows(2).all(|pair| pair[0] < pair[1]);
         }
-        let graph = Self { offsets, indices };
-        if unique {
-            Ok(graph)
-        } else {
-            Self::from_unsorted(graph.rows())
-        }
+        Self::from_unsorted(graph.rows())
     }
 
     /// Joins nodes along undirected edges, each given once, twice or more often; symmetric.
