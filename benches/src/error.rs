@@ -111,6 +111,5 @@ held! {
         phyxel_mls::GraphError,
         phyxel_mls::ShapeError,
         phyxel_mls::StencilError,
-        phyxel_splat::ImageError,
         phyxel_splat::SurfelError;
 }

@@ -16,7 +16,6 @@ pub use render::image::{Image, linear_color};
 pub use render::legend::{ColorScale, Overlay};
 pub use render::merged::MergedSplats;
 pub use render::mesh::DrawnMesh;
-pub use render::noise::fractal_noise;
 pub use render::scene::{
     Background, DrawMode, ImageCoat, Light, Lighting, RenderSettings, SplatView, Surface,
 };

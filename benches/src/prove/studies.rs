@@ -302,13 +302,6 @@ pub(super) fn cut_study_updates_blocks(proof: &mut Proof) {
 
 pub(super) fn figures_study_draws_each_and_table_1_has_its_pattern(proof: &mut Proof) {
     let findings = study("figures");
-    for picture in &findings.report.pictures {
-        let (first, frame) = (picture.frame.pixels[0], &picture.frame);
-        proof.holds(
-            &picture.name,
-            frame.pixels.iter().any(|pixel| *pixel != first),
-        );
-    }
     let deviation = |curve: &str| {
         let found = entries(&findings, "approximation", "deviation");
         let of = found
@@ -573,5 +566,4 @@ pub(super) fn splat_study_leaves_no_hole_and_errs_less_with_more_surfels(proof: 
         format!("fig. 65 fails in the plate: {wrong:?}"),
         wrong[2].1 > 1.0 && wrong[0].1 < 1.0,
     );
-    assert_eq!(findings.report.pictures.len(), 6);
 }

@@ -7,7 +7,6 @@ mod plot;
 use std::fmt;
 use std::path::Path;
 
-use phyxel_splat::Frame;
 use serde::Serialize;
 
 use crate::StudyError;
@@ -25,38 +24,16 @@ pub struct Report {
     pub tables: Vec<Table>,
     /// The numbers as plots.
     pub plots: Vec<Plot>,
-    /// What is to be seen.
-    pub pictures: Vec<Picture>,
 }
 
 impl Report {
-    /// A report without pictures.
+    /// A report of some paragraphs.
     pub(crate) fn new(words: &[&str], tables: Vec<Table>, plots: Vec<Plot>) -> Self {
         Self {
             words: words.iter().copied().map(str::to_owned).collect(),
             tables,
             plots,
-            pictures: Vec::new(),
         }
-    }
-}
-
-/// A picture.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Picture {
-    /// Part of the file name.
-    pub name: String,
-    /// What it shows.
-    pub title: String,
-    /// Its pixels.
-    #[serde(skip)]
-    pub frame: Frame,
-}
-
-impl Picture {
-    /// Name of its file.
-    pub(crate) fn file(&self, study: &str) -> String {
-        format!("{study}-{}.png", self.name)
     }
 }
 

@@ -10,7 +10,7 @@ body{font:16px/1.5 sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;co
 h1,h2{line-height:1.2}table{border-collapse:collapse;margin:1rem 0;font-variant-numeric:tabular-nums}\
 caption{text-align:left;font-weight:bold;padding:.3rem 0}th,td{padding:.15rem .7rem;text-align:right;\
 border-bottom:1px solid #ddd}th{border-bottom:2px solid #999}td.word{text-align:left}\
-svg,img{max-width:100%;height:auto}figure{margin:1rem 0}footer,.question{color:#666}";
+svg{max-width:100%;height:auto}footer,.question{color:#666}";
 
 /// The page of some findings, plots inside.
 pub(crate) fn html(findings: &[Findings]) -> Result<String, StudyError> {
@@ -41,13 +41,6 @@ pub(crate) fn html(findings: &[Findings]) -> Result<String, StudyError> {
         }
         for table in &found.report.tables {
             push(format_args!("{}", rows(table)));
-        }
-        for picture in &found.report.pictures {
-            let title = escaped(&picture.title);
-            push(format_args!(
-                "<figure><img src=\"{}\" alt=\"{title}\"><figcaption>{title}</figcaption></figure>\n",
-                picture.file(study.name)
-            ));
         }
         let effort = match found.effort {
             Effort::Full => "",

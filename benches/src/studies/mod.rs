@@ -115,7 +115,7 @@ impl Study {
         STUDIES.iter().find(|study| study.name == name)
     }
 
-    /// Runs the study and writes its tables, plots and pictures into `folder`.
+    /// Runs the study and writes its tables and plots into `folder`.
     pub fn run(&self, folder: &OutputFolder, effort: Effort) -> Result<Findings, StudyError> {
         let start = std::time::Instant::now();
         let report = (self.run)(effort)?;
@@ -133,11 +133,6 @@ impl Study {
         for plot in &report.plots {
             let name = format!("{}-{}.svg", self.name, plot.name);
             write(name, draw(plot)?.as_bytes())?;
-        }
-        for picture in &report.pictures {
-            let mut png = Vec::new();
-            picture.frame.write_png(&mut png)?;
-            write(picture.file(self.name), &png)?;
         }
         Ok(Findings {
             study: *self,

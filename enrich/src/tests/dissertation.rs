@@ -53,7 +53,7 @@ fn sides(line: &[DVec2], field: impl Fn(DVec2) -> f64) -> [f64; 2] {
 fn figures_23_and_28_product_is_wrong_and_falls_with_subdivision_grid_is_right() {
     let line = through();
     let settings = lattice(0.02, 0.1);
-    // Means over the correct side and over the other one. The study's figures for its own cloud are
+    // Means over the correct side and over the other one. On another cloud they were
     // 0.611 and 0.084 on the correct side, and 1 and 0 for the grid.
     let [three, other] = sides(&line, |p| product_of_segments(&line, p));
     assert_within("product, 3 segments", three, 0.611, 0.04);

@@ -1,6 +1,6 @@
 //! Colour by a scalar, and the bar that explains it.
 
-use crate::cast::{byte, index, single, whole};
+use crate::cast::{byte, single, whole};
 use crate::render::frame::Frame;
 use crate::render::image::linear;
 use glam::Vec3;
@@ -102,7 +102,7 @@ impl<'a> Overlay<'a> {
     /// Writes text at (x, y), its upper left corner, in dots of `dot` pixels, light with a dark border so that it is
     /// read before anything; returns its width (px). Letters are upper case; characters without a glyph
     /// are blank.
-    pub fn text(&mut self, x: i64, y: i64, dot: i64, text: &str) -> i64 {
+    fn text(&mut self, x: i64, y: i64, dot: i64, text: &str) -> i64 {
         self.dots(x, y, dot, text, 1, [30, 34, 40]);
         self.dots(x, y, dot, text, 0, [235, 238, 240])
     }
@@ -150,23 +150,6 @@ impl<'a> Overlay<'a> {
         let end = |value: f64| short(if is_nothing(value) { 0.0 } else { value });
         self.text(left, top - 8 * dot, dot, &end(scale.high));
         self.text(left, bottom + 3 * dot, dot, &end(scale.low));
-    }
-
-    /// Places a smaller frame at (x, y): side-by-side figures.
-    ///
-    /// # Panics
-    /// If `other` does not fit.
-    pub fn place(&mut self, x: u32, y: u32, other: &Frame) {
-        let (right, bottom) = (x + other.width, y + other.height);
-        let fits = right <= self.frame.width && bottom <= self.frame.height;
-        assert!(fits, "the placed frame must fit");
-        for row in 0..other.height {
-            let to = index((y + row) * self.frame.width + x);
-            let from = index(row * other.width);
-            let n = index(other.width);
-            self.frame.pixels[to..to + n].copy_from_slice(&other.pixels[from..from + n]);
-            self.frame.depth[to..to + n].copy_from_slice(&other.depth[from..from + n]);
-        }
     }
 }
 

@@ -78,7 +78,7 @@ pub(crate) fn gradient_noise(p: Vec3) -> f32 {
 
 /// Sum of `octaves` of gradient noise, each twice as fine and half as strong.
 #[must_use]
-pub fn fractal_noise(p: Vec3, octaves: u32) -> f32 {
+pub(crate) fn fractal_noise(p: Vec3, octaves: u32) -> f32 {
     let (mut sum, mut strength, mut at) = (0.0, 0.5, p);
     for _ in 0..octaves {
         sum += strength * gradient_noise(at);

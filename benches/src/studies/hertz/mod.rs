@@ -131,7 +131,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
     let (table, curves) = force_curves(effort, &mut reference)?;
     let (convergence, by_nodes, by_time, by_theory, by_norm) = convergence(effort, &mut reference)?;
     let (alternating, by_control) = norm::table(effort, &reference)?;
-    let (released, picture) = released::table(effort, &mut reference)?;
+    let released = released::table(effort, &mut reference)?;
     // On 12 and 14 cells, which grow by more than twofold, the stencils' solve stops at 1e-6.
     let cells: &[u32] = effort.choose(&[16, 20, 24], &[10]);
     let spaces = cells
@@ -161,10 +161,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
             linear "pressure over Hertz's largest (1)" => space::pressures(&spaces);
     ];
     plots.extend(by_control);
-    Ok(Report {
-        pictures: vec![picture],
-        ..Report::new(&WORDS, tables, plots)
-    })
+    Ok(Report::new(&WORDS, tables, plots))
 }
 
 const WORDS: [&str; 6] = [

@@ -1,12 +1,10 @@
 //! Figure 70: the sphere is let go on the block and comes to rest.
 
 use phyxel::World;
-use phyxel::scene::{Pictures, View};
-use phyxel_cli::picture::Painter;
 
 use super::MODULUS;
 use crate::problems::reference::Reference;
-use crate::report::{Picture, Table, row};
+use crate::report::{Table, row};
 use crate::{Effort, StudyError};
 
 pub(super) const WORDS: &str = "Released: the same cube as a scene, the sphere let go where it touches and \
@@ -39,8 +37,7 @@ fn world(nodes: u32, path: &str, release: &str) -> Result<World, StudyError> {
          sampling: (target: Nodes({nodes})), \
          material: (youngs_modulus: {MODULUS}, poissons_ratio: 0.3, density: 1000), damping: 4)], \
          supports: [{supports}], gravity: None, integration: (settle: None), \
-         tools: [(shape: Sphere(radius: 1), path: [{path}], {release})], \
-         pictures: (width: 640, height: 480))"
+         tools: [(shape: Sphere(radius: 1), path: [{path}], {release})])"
     );
     let scene = phyxel_scene::from_text(&text, "hertz study", "", &[])?;
     Ok(World::new(scene)?)
@@ -53,11 +50,8 @@ fn play(world: &mut World, end: f64) -> Result<(), StudyError> {
     Ok(())
 }
 
-/// Depths and forces, and the picture of the sphere at rest.
-pub(super) fn table(
-    effort: Effort,
-    reference: &mut Reference,
-) -> Result<(Table, Picture), StudyError> {
+/// Depths and forces.
+pub(super) fn table(effort: Effort, reference: &mut Reference) -> Result<Table, StudyError> {
     let nodes = effort.choose(5_000, 1_000);
     let push = MODULUS * reference.press(1.0, DEPTH)?.force;
     let mut released = world(
@@ -85,31 +79,11 @@ pub(super) fn table(
         tool.force.z / push,
         carried / push
     ]];
-    let table = Table::new(
+    Ok(Table::new(
         "released",
         "The sphere let go on the block (fig. 70)",
         "nodes (1); push (N); depth at rest (m); over the reference's (1); force over push (1); \
          driven there: force over push (1)",
         rows,
-    );
-    let pictures = Pictures {
-        width: 640,
-        height: 480,
-        view: View::Around {
-            azimuth: -60.0,
-            elevation: 25.0,
-            zoom: 0.6,
-            parallel: false,
-        },
-        ..Pictures::default()
-    };
-    let mut painter = Painter::new(&released, &pictures)?;
-    painter.carry(&released);
-    let frame = painter.draw(&released);
-    let picture = Picture {
-        name: "released".to_owned(),
-        title: "The sphere at rest on the block (fig. 70)".to_owned(),
-        frame,
-    };
-    Ok((table, picture))
+    ))
 }

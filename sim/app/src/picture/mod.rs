@@ -23,8 +23,8 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 use phyxel_discretize::Bounds;
 use phyxel_splat::{
-    Camera, DrawMode, DrawnMesh, DrawnTissue, Frame, Image, ImageCoat, MergedSplats, Overlay,
-    RenderSettings, Renderer, Surface, Tissue, TissueSettings, TissueTexture, linear_color,
+    Camera, DrawnMesh, DrawnTissue, Frame, Image, ImageCoat, MergedSplats, Overlay, RenderSettings,
+    Renderer, Surface, Tissue, TissueSettings, TissueTexture, linear_color,
 };
 
 use phyxel_scene::read_file;
@@ -44,17 +44,6 @@ impl Surfaces {
     }
 }
 
-/// How surfaces are covered and drawn, beside what a scene says of them.
-#[derive(Debug, Clone, Default)]
-pub struct Style {
-    /// Radii, clipping, binding; the density of skin is the scene's.
-    pub tissue: TissueSettings,
-    /// How splats are drawn.
-    pub mode: DrawMode,
-    /// Leave tools and blades away.
-    pub bare: bool,
-}
-
 /// Bytes of a sample of a pixel: colour, depth, normal, and what encoding takes.
 const SAMPLED_PIXEL: f64 = 32.0;
 
@@ -67,7 +56,6 @@ pub struct Painter {
     coloring: Coloring,
     splat_scale: f64,
     show: Show,
-    bare: bool,
     /// Rigid surfaces of the scene, and the looks of each tool in its own frame.
     rigid: Vec<DrawnMesh>,
     looks: Vec<Option<DrawnMesh>>,
@@ -80,22 +68,6 @@ impl Painter {
     /// # Errors
     /// [`PictureError`] if a surface cannot be sampled or bound to its nodes, or an image or a mesh cannot be read.
     pub fn new(world: &World, pictures: &Pictures) -> Result<Self, PictureError> {
-        Self::build(world, pictures, None)
-    }
-
-    /// As [`Painter::new`], in another style than the scene's.
-    ///
-    /// # Errors
-    /// As [`Painter::new`].
-    pub fn styled(world: &World, pictures: &Pictures, style: &Style) -> Result<Self, PictureError> {
-        Self::build(world, pictures, Some(style))
-    }
-
-    fn build(
-        world: &World,
-        pictures: &Pictures,
-        style: Option<&Style>,
-    ) -> Result<Self, PictureError> {
         let scene = world.scene();
         let pixels = f64::from(pictures.width) * f64::from(pictures.height);
         ask_memory(SAMPLED_PIXEL * pixels * f64::from(pictures.samples).powi(2))?;
@@ -105,11 +77,7 @@ impl Painter {
             .zip(&scene.bodies)
             .zip(surfels::shares(world))
             .map(|((member, description), share)| {
-                let tissue = style.map_or_else(
-                    || style::tissue_of(&description.surfels),
-                    |style| style.tissue.clone(),
-                );
-                skin_of(member, description, share, tissue)
+                skin_of(member, description, share)
                     .map_err(|problem| problem.named(&description.name))
             })
             .collect::<Result<Vec<_>, _>>()?;
@@ -135,7 +103,7 @@ impl Painter {
             height: pictures.height,
             samples: pictures.samples,
             background: style::background_of(pictures.background),
-            mode: style.map_or(pictures.mode, |style| style.mode),
+            mode: pictures.mode,
             surfaces: surfaces.collect(),
             images,
             ..RenderSettings::default()
@@ -147,7 +115,6 @@ impl Painter {
             coloring: pictures.color,
             splat_scale: pictures.splat_scale,
             show: pictures.show,
-            bare: style.is_some_and(|style| style.bare),
             rigid,
             looks,
             frames: 0,
@@ -301,7 +268,7 @@ impl Painter {
     /// Draws one frame of what [`Painter::carry`] has moved.
     pub fn draw(&mut self, world: &World) -> Frame {
         self.frames += 1;
-        let mut meshes = if self.bare || self.show != Show::Surface {
+        let mut meshes = if self.show != Show::Surface {
             Vec::new()
         } else {
             let mut meshes = tool::meshes(world, &self.looks);
@@ -344,7 +311,6 @@ fn skin_of(
     member: &Member,
     description: &scene::Body,
     share: f64,
-    style: TissueSettings,
 ) -> Result<DrawnTissue, SkinProblem> {
     let spec = &description.surfels;
     let body = &member.body;
@@ -363,7 +329,7 @@ fn skin_of(
         &body.rest,
         &TissueSettings {
             skin_density: spec.cut_density,
-            ..style
+            ..style::tissue_of(spec)
         },
     )?;
     let texture = TissueTexture::in_colors(
