@@ -8,7 +8,7 @@ use std::thread;
 
 use phyxel::scene::Scene;
 
-use crate::error::StudyError;
+use crate::error::{StudyError, of_file};
 use crate::row::Row;
 use crate::watch::{Options, run};
 
@@ -24,7 +24,7 @@ pub struct Case {
 /// The items that have one of the comma-separated parts of `filter` in their names; all without one.
 ///
 /// # Errors
-/// [`StudyError::NoScene`] if none has; it lists the names with `between` them.
+/// If none has; it lists the names with `between` them.
 pub(crate) fn chosen<T: Clone>(
     items: &[T],
     filter: Option<&str>,
@@ -38,10 +38,10 @@ pub(crate) fn chosen<T: Clone>(
     let chosen: Vec<T> = items.iter().filter(wanted).cloned().collect();
     if chosen.is_empty() {
         let names: Vec<&str> = items.iter().map(&name).collect();
-        return Err(StudyError::NoScene {
-            filter: filter.to_owned(),
-            names: names.join(between),
-        });
+        let names = names.join(between);
+        return Err(
+            format!("no scene of the study has '{filter}' in its name; they are: {names}").into(),
+        );
     }
     Ok(chosen)
 }
@@ -50,7 +50,7 @@ pub(crate) fn chosen<T: Clone>(
 /// come in the order of the cases.
 ///
 /// # Errors
-/// [`StudyError::Threads`], and what `ended` returns.
+/// If threads cannot be started, and what `ended` returns.
 pub fn run_all(
     cases: &[Case],
     jobs: usize,
@@ -70,7 +70,7 @@ pub fn run_all(
 /// Works on items, `jobs` at a time with one thread each; `ended` sees each result with its item's place.
 ///
 /// # Errors
-/// [`StudyError::Threads`], and what `ended` returns.
+/// If threads cannot be started, and what `ended` returns.
 pub(crate) fn on_threads<T: Sync, R: Send>(
     items: &[T],
     jobs: usize,
@@ -112,9 +112,9 @@ pub struct Sheet {
 impl Sheet {
     /// Makes `folder` and the file `name` in it.
     pub fn create(folder: &Path, name: &str) -> Result<Self, StudyError> {
-        fs::create_dir_all(folder).map_err(StudyError::of_file(folder))?;
+        fs::create_dir_all(folder).map_err(of_file(folder))?;
         let file = folder.join(name);
-        let writer = csv::Writer::from_path(&file).map_err(StudyError::of_file(&file))?;
+        let writer = csv::Writer::from_path(&file).map_err(of_file(&file))?;
         Ok(Self { file, writer })
     }
 
@@ -122,6 +122,6 @@ impl Sheet {
     pub fn add(&mut self, row: &impl serde::Serialize) -> Result<(), StudyError> {
         let written = self.writer.serialize(row);
         let written = written.and_then(|()| self.writer.flush().map_err(csv::Error::from));
-        written.map_err(StudyError::of_file(&self.file))
+        written.map_err(of_file(&self.file))
     }
 }

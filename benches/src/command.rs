@@ -18,6 +18,7 @@ use serde::Serialize;
 use crate::batch::{Case, Sheet, chosen, run_all};
 use crate::cracks::Fronts;
 use crate::draw::Drawing;
+use crate::error::of_file;
 use crate::row::Row;
 use crate::studies::{Effort, STUDIES, Study, write_page};
 use crate::watch::Options;
@@ -77,7 +78,7 @@ enum Verdict {
     },
     /// Claims that take too long for a test, checked on all cores: each figure with its limit.
     Prove {
-        /// Only claims with this in their names.
+        /// Only claims with one of these comma-separated parts in their names.
         name: Option<String>,
         /// List the claims and check none.
         #[arg(long)]
@@ -195,15 +196,18 @@ pub fn main() -> ExitCode {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::FAILURE,
         // Whoever reads stdout or stderr has heard enough.
-        Err(StudyError::Print(error)) if error.kind() == io::ErrorKind::BrokenPipe => {
-            ExitCode::SUCCESS
-        }
+        Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             // Nothing can be done where the terminal does not take it.
             let _ = writeln!(io::stderr(), "error: {error}");
             ExitCode::FAILURE
         }
     }
+}
+
+fn is_broken_pipe(error: &StudyError) -> bool {
+    let printing = error.downcast_ref::<io::Error>();
+    printing.is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
 }
 
 fn run_verdict(study: Verdict) -> Result<bool, StudyError> {
@@ -292,7 +296,7 @@ fn run_pages(chosen: &[&Study], asked: &Page) -> Result<(), StudyError> {
             }
         }
         if asked.json {
-            say(serde_json::to_string(&findings).map_err(StudyError::Json)?)?;
+            say(serde_json::to_string(&findings)?)?;
         }
         all.push(findings);
     }
@@ -352,7 +356,7 @@ fn run_random(all: bool, seed: u64, count: u32, batch: &Batch) -> Result<bool, S
             if row.is_some_and(|row| !random::breaches(std::slice::from_ref(row)).is_empty()) {
                 let path = batch.out.join(format!("{}.ron", case.name));
                 let written = std::fs::write(&path, phyxel_scene::to_ron(&case.scene));
-                written.map_err(StudyError::of_file(&path))?;
+                written.map_err(of_file(&path))?;
             }
         }
         Ok(())
@@ -361,7 +365,7 @@ fn run_random(all: bool, seed: u64, count: u32, batch: &Batch) -> Result<bool, S
 }
 
 fn run_organs(batch: &Batch) -> Result<bool, StudyError> {
-    let folder = organs::folder().ok_or(StudyError::NoMeshes)?;
+    let folder = organs::folder().ok_or("PHYXEL_MESHES must name the folder of the meshes")?;
     let mut cases = organs::cases(&folder)?;
     if batch.quick {
         cases.retain(|case| case.name.ends_with(" 600 nodes"));
@@ -421,7 +425,7 @@ fn run_cracks(filter: Option<&str>, without_fronts: bool, one: &One) -> Result<b
 }
 
 fn run_prove(name: Option<&str>, list: bool, jobs: Option<usize>) -> Result<bool, StudyError> {
-    let claims = prove::chosen(name)?;
+    let claims = chosen(prove::CLAIMS, name, |claim| claim.name, ", ")?;
     if list {
         for claim in &claims {
             say(format_args!("{:<18} {}", claim.name, claim.about))?;

@@ -7,7 +7,7 @@ use phyxel::scene::{Body, MaterialSettings, Region, Scene, Shape, Target};
 use phyxel_discretize::{Bounds, Placement, RepairSettings, Solid, read_mesh, repair};
 
 use crate::batch::Case;
-use crate::error::StudyError;
+use crate::error::{StudyError, of_file};
 use crate::row::Bars;
 
 /// Extensions of mesh files.
@@ -62,7 +62,7 @@ pub fn cases(folder: &Path) -> Result<Vec<Case>, StudyError> {
 }
 
 pub(crate) fn meshes(folder: &Path) -> Result<Vec<PathBuf>, StudyError> {
-    let error = StudyError::of_file(folder);
+    let error = of_file(folder);
     let mut files = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(&error)? {
         let path = entry.map_err(&error)?.path();
@@ -81,17 +81,17 @@ pub(crate) fn meshes(folder: &Path) -> Result<Vec<PathBuf>, StudyError> {
 pub(crate) fn tissue(file: &Path) -> Result<(Shape, Bounds), StudyError> {
     let shape = default_scene(file)?.bodies.remove(0).shape;
     let solid = shape.solid(&Placement::IDENTITY);
-    let (solid, _) = solid.map_err(StudyError::of_file(file))?;
+    let (solid, _) = solid.map_err(of_file(file))?;
     Ok((shape, solid.bounds()))
 }
 
 fn default_scene(file: &Path) -> Result<Scene, StudyError> {
-    let read = read_mesh(file).map_err(StudyError::of_file(file))?;
+    let read = read_mesh(file).map_err(of_file(file))?;
     let settings = RepairSettings {
         find_self_intersections: false,
         ..RepairSettings::default()
     };
-    let (repaired, _) = repair(&read.mesh, &settings).map_err(StudyError::of_file(file))?;
+    let (repaired, _) = repair(&read.mesh, &settings).map_err(of_file(file))?;
     let (mut scene, _) = phyxel_scene::for_mesh(file, &Solid::from_mesh(repaired), &[])?;
     for body in &mut scene.bodies {
         let usual = Body::new(body.shape.clone());

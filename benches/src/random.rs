@@ -39,7 +39,7 @@ pub const UNEXPLAINED: f64 = 0.01;
 /// may say `all` that scenes can say.
 ///
 /// # Errors
-/// [`StudyError::Scene`] if the generator makes a scene that is not valid; those of meshes.
+/// If the generator makes a scene that is not valid; those of meshes.
 pub fn cases(seed: u64, count: u32, all: bool) -> Result<Vec<Case>, StudyError> {
     let numbers = 0..count;
     numbers

@@ -78,7 +78,7 @@ fn scene(damping: f64, damping_ratio: f64) -> Scene {
 /// Spins and cuts the block.
 ///
 /// # Errors
-/// [`StudyError::World`] if a step fails.
+/// If a step fails.
 pub fn measure(damping: f64, damping_ratio: f64) -> Result<Finding, StudyError> {
     let mut world = World::new(scene(damping, damping_ratio))?;
     with_velocities(&mut world, |x| SPIN.cross(x))?;
@@ -112,7 +112,7 @@ fn with_velocities(world: &mut World, velocity: impl Fn(DVec3) -> DVec3) -> Resu
     supports.project(&mut velocities);
     let nodes = motion.masses().iter().zip(&velocities);
     let kinetic: f64 = nodes.map(|(m, v)| 0.5 * m * v.length_squared()).sum();
-    let mut kept = serde_json::to_value(world.state()).map_err(StudyError::State)?;
+    let mut kept = serde_json::to_value(world.state())?;
     // A step that is rolled back must not end at rest.
     if let Some(snapshot) = kept.pointer_mut("/now/kept") {
         *snapshot = Value::Null;
@@ -127,7 +127,7 @@ fn with_velocities(world: &mut World, velocity: impl Fn(DVec3) -> DVec3) -> Resu
             audit.insert("initial".to_owned(), json!(kinetic));
         }
     }
-    let state: WorldState = serde_json::from_value(kept).map_err(StudyError::State)?;
+    let state: WorldState = serde_json::from_value(kept)?;
     world.restore(state, |_, _| ())?;
     Ok(())
 }

@@ -121,7 +121,10 @@ impl Specimen {
         let mut world = World::new(phyxel_scene::from_text(&text, "cracks", "", &[])?)?;
         world.play(STROKE, |_| {})?;
         let member = &world.members()[0];
-        let cutting = member.cutting.as_ref().ok_or(StudyError::Uncut)?;
+        let cutting = member
+            .cutting
+            .as_ref()
+            .ok_or("the blade of a study cuts nothing")?;
         let (body, turn) = (&member.body, plate.turn());
         let mut elastic = body.elastic.clone();
         if fronts == Fronts::Without {

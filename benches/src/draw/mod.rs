@@ -9,6 +9,7 @@ use std::path::Path;
 use clap::ValueEnum;
 
 use crate::StudyError;
+use crate::error::of_file;
 
 /// A plot of a README.
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -24,7 +25,7 @@ pub enum Drawing {
 impl Drawing {
     /// Draws into `folder`, which is made if it is not there.
     pub fn draw(self, folder: &Path) -> Result<(), StudyError> {
-        std::fs::create_dir_all(folder).map_err(StudyError::of_file(folder))?;
+        std::fs::create_dir_all(folder).map_err(of_file(folder))?;
         match self {
             Self::Convergence => convergence::draw(folder),
             Self::BeamTime => beam_time::draw(folder),

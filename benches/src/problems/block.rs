@@ -11,6 +11,7 @@ use phyxel_mls::{ConservativeSettings, GradientStencils, Neighborhoods, inverse_
 
 use super::solid::Solid;
 use crate::StudyError;
+use crate::error::not_solved;
 
 /// Nodes of a lattice of `cells`, moved by `map` (cell coordinates in 0..=1), with the tetrahedra of
 /// [`lattice_tetrahedra`].
@@ -217,9 +218,7 @@ fn conservative(
     let settings = ConservativeSettings::default();
     let made = GradientStencils::conservative(rest, volumes, boundary, graph, weights, &settings)?;
     match made.report {
-        Some(report) if report.residual >= 1e-9 => Err(StudyError::NotSolved {
-            residual: report.residual,
-        }),
+        Some(report) if report.residual >= 1e-9 => Err(not_solved(report.residual)),
         _ => Ok(made),
     }
 }

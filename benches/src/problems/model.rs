@@ -10,6 +10,7 @@ use phyxel_mls::{DissertationCloud, NearestSettings, dissertation_cloud, k_neare
 use super::block::{Block, faces_where, lattice, nodes_where};
 use super::solid::Solid;
 use crate::StudyError;
+use crate::error::not_solved;
 
 /// The elastic model as the static solver wants it.
 pub(crate) struct Law<'a>(pub(crate) &'a mut Elastic);
@@ -123,7 +124,7 @@ impl ElasticBody {
     /// Largest eigenvalue at rest, and the step it allows.
     ///
     /// # Errors
-    /// [`StudyError::Body`] if there is none.
+    /// If there is none.
     pub fn eigenvalue(
         &mut self,
         supports: &BoundaryConditions,
@@ -193,7 +194,7 @@ pub fn dissertation(
 /// components whose mask is 0 are held.
 ///
 /// # Errors
-/// [`StudyError::NotSolved`].
+/// If they do not come so near.
 pub fn small_displacements(
     law: &mut impl ForceLaw,
     rest: &[DVec3],
@@ -229,7 +230,5 @@ pub fn small_displacements(
         }
         rr = next;
     }
-    Err(StudyError::NotSolved {
-        residual: (rr / end).sqrt() * 1e-10,
-    })
+    Err(not_solved((rr / end).sqrt() * 1e-10))
 }

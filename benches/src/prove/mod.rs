@@ -252,28 +252,11 @@ impl fmt::Display for Outcome {
     }
 }
 
-/// The claims that have `filter` in their names; all without one.
-///
-/// # Errors
-/// [`StudyError::NoScene`] if none has.
-pub fn chosen(filter: Option<&str>) -> Result<Vec<Claim>, StudyError> {
-    let wanted = |claim: &&Claim| filter.is_none_or(|filter| claim.name.contains(filter));
-    let chosen: Vec<Claim> = CLAIMS.iter().filter(wanted).copied().collect();
-    if chosen.is_empty() {
-        let names: Vec<_> = CLAIMS.iter().map(|claim| claim.name).collect();
-        return Err(StudyError::NoScene {
-            filter: filter.unwrap_or_default().to_owned(),
-            names: names.join(", "),
-        });
-    }
-    Ok(chosen)
-}
-
 /// Checks claims, `jobs` at a time with one thread each; `ended` sees each outcome as it is there. A claim
 /// that panics has failed. Whether all hold.
 ///
 /// # Errors
-/// [`StudyError::Threads`], and what `ended` returns.
+/// If threads cannot be started, and what `ended` returns.
 pub fn run(
     claims: &[Claim],
     jobs: usize,

@@ -10,6 +10,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use crate::StudyError;
+use crate::error::of_file;
 
 pub(crate) use clock::{machine, median, median_time};
 pub(crate) use page::html;
@@ -324,10 +325,10 @@ impl Plot {
     /// Writes it as `NAME.svg` into `folder`.
     ///
     /// # Errors
-    /// [`StudyError::Plot`] if it cannot be drawn, [`StudyError::File`] if it cannot be written.
+    /// If it cannot be drawn or written.
     pub fn write(&self, folder: &Path) -> Result<(), StudyError> {
         let path = folder.join(format!("{}.svg", self.name));
-        std::fs::write(&path, draw(self)?).map_err(StudyError::of_file(&path))
+        std::fs::write(&path, draw(self)?).map_err(of_file(&path))
     }
 }
 

@@ -35,12 +35,13 @@ pub(crate) fn draw(plot: &Plot) -> Result<String, StudyError> {
         range(plot, plot.x.scale, |p| p.0),
         range(plot, plot.y.scale, |p| p.1),
     );
-    match (plot.x.scale, plot.y.scale) {
+    let drawn = match (plot.x.scale, plot.y.scale) {
         (Scale::Linear, Scale::Linear) => chart(plot, x, y),
         (Scale::Linear, Scale::Logarithmic) => chart(plot, x, y.log_scale()),
         (Scale::Logarithmic, Scale::Linear) => chart(plot, x.log_scale(), y),
         (Scale::Logarithmic, Scale::Logarithmic) => chart(plot, x.log_scale(), y.log_scale()),
-    }
+    };
+    drawn.map_err(|error| format!("plot '{}': {error}", plot.title).into())
 }
 
 /// What an axis must show, with a margin.
@@ -85,14 +86,10 @@ where
     X::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
     Y::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
 {
-    let error = |reason: String| StudyError::Plot {
-        plot: plot.title.clone(),
-        reason,
-    };
     let mut text = String::new();
     {
         let root = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
-        root.fill(&WHITE).map_err(|e| error(e.to_string()))?;
+        root.fill(&WHITE)?;
         let lines = i32::try_from(plot.series.len().div_ceil(2)).unwrap_or(1);
         let (area, legend) = root.split_vertically(HEIGHT.cast_signed() - LEGEND_LINE * lines - 10);
         for ((index, series), row) in plot.series.iter().enumerate().zip(0..) {
@@ -100,16 +97,15 @@ where
             let (x, y) = (84 + (row % 2) * 310, 6 + (row / 2) * LEGEND_LINE);
             let line = PathElement::new([(x, y), (x + 22, y)], color.stroke_width(2));
             let name = Text::new(series.name.as_str(), (x + 30, y - 6), ("sans-serif", 13));
-            legend.draw(&line).map_err(|e| error(e.to_string()))?;
-            legend.draw(&name).map_err(|e| error(e.to_string()))?;
+            legend.draw(&line)?;
+            legend.draw(&name)?;
         }
         let mut chart = ChartBuilder::on(&area)
             .caption(&plot.title, ("sans-serif", 18))
             .margin(12)
             .x_label_area_size(44)
             .y_label_area_size(74)
-            .build_cartesian_2d(x, y)
-            .map_err(|e| error(e.to_string()))?;
+            .build_cartesian_2d(x, y)?;
         chart
             .configure_mesh()
             .x_desc(&plot.x.label)
@@ -122,8 +118,7 @@ where
             .max_light_lines(1)
             .label_style(("sans-serif", 13))
             .axis_desc_style(("sans-serif", 14))
-            .draw()
-            .map_err(|e| error(e.to_string()))?;
+            .draw()?;
         for (index, series) in plot.series.iter().enumerate() {
             let color = COLORS[index % COLORS.len()];
             let shown = |point: &&(f64, f64)| {
@@ -134,19 +129,15 @@ where
             };
             let points: Vec<(f64, f64)> = series.points.iter().filter(shown).copied().collect();
             if !series.dots {
-                chart
-                    .draw_series(LineSeries::new(points.clone(), color.stroke_width(2)))
-                    .map_err(|e| error(e.to_string()))?;
+                chart.draw_series(LineSeries::new(points.clone(), color.stroke_width(2)))?;
             }
-            chart
-                .draw_series(
-                    points
-                        .into_iter()
-                        .map(|point| Circle::new(point, 3, color.filled())),
-                )
-                .map_err(|e| error(e.to_string()))?;
+            chart.draw_series(
+                points
+                    .into_iter()
+                    .map(|point| Circle::new(point, 3, color.filled())),
+            )?;
         }
-        root.present().map_err(|e| error(e.to_string()))?;
+        root.present()?;
     }
     Ok(text)
 }

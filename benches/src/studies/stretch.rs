@@ -5,7 +5,8 @@ use std::time::Instant;
 use glam::DVec3;
 use phyxel_elastic::{Dilatation, Elastic, Fiber, Material, Settings};
 use phyxel_integrate::{
-    BoundaryConditions, Ease, ForceLaw, NewtonSettings, StaticLoad, Trajectory, solve_static,
+    BoundaryConditions, Ease, ForceLaw, NewtonSettings, SolveError, StaticLoad, Trajectory,
+    solve_static,
 };
 
 use crate::problems::block::{Block, lattice};
@@ -279,7 +280,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
                         }
                     }
                     // Not every model bears every stretch; the table says which did not.
-                    Err(StudyError::Equilibrium(_)) => {
+                    Err(error) if error.is::<SolveError>() => {
                         row.push("no equilibrium".into());
                         row.resize(9, Cell::Nothing);
                     }
