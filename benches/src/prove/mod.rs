@@ -13,7 +13,6 @@ mod scattered;
 mod scenes;
 mod studies;
 mod touch;
-mod traps;
 
 use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};

@@ -45,16 +45,6 @@ fn table<'a>(findings: &'a Findings, name: &str) -> &'a Table {
     found.expect("the table is there")
 }
 
-/// The numbers of a column of the first table, in the rows whose first entry contains `method`.
-fn column(findings: &Findings, heading: &str, method: &str) -> Vec<f64> {
-    let table = &findings.report.tables[0];
-    let at = table.column(heading);
-    let rows = table.rows.iter();
-    rows.filter(|row| row[0].word().contains(method))
-        .filter_map(|row| row[at].number())
-        .collect()
-}
-
 /// The rows of a table that have a number in one of its columns, and that number.
 fn entries<'a>(findings: &'a Findings, name: &str, heading: &str) -> Vec<(&'a [Cell], f64)> {
     let table = table(findings, name);
@@ -64,13 +54,21 @@ fn entries<'a>(findings: &'a Findings, name: &str, heading: &str) -> Vec<(&'a [C
         .collect()
 }
 
+/// The numbers of a column of a table, in the rows whose first entries contain `words`.
+fn numbers<const N: usize>(
+    findings: &Findings,
+    name: &str,
+    heading: &str,
+    words: [&str; N],
+) -> Vec<f64> {
+    let all = entries(findings, name, heading).into_iter();
+    let named = all.filter(|(row, _)| (row.iter().zip(words)).all(|(c, w)| c.word().contains(w)));
+    named.map(|(_, number)| number).collect()
+}
+
 pub(super) fn contact_study_meets_closed_forms(proof: &mut Proof) {
     let findings = study("contact");
-    let found = |case: &str, figure: &str, heading: &str| {
-        let mut rows = entries(&findings, "contact", heading).into_iter();
-        let row = rows.find(|(row, _)| row[0].word() == case && row[1].word().contains(figure));
-        row.expect("the figure is there").1
-    };
+    let found = |case, figure, heading| numbers(&findings, "contact", heading, [case, figure])[0];
     for (case, figure, limit) in [
         // Coarse bodies: see ACCURACY.md for finer ones, and for what is asked of them.
         ("flanks", "pressed", 15.0),
@@ -94,28 +92,29 @@ pub(super) fn contact_study_meets_closed_forms(proof: &mut Proof) {
 
 pub(super) fn gradient_study_orders_the_methods_as_theory_does(proof: &mut Proof) {
     let findings = study("gradient");
+    let column = |heading, method| numbers(&findings, "methods", heading, [method]);
     for method in ["Aras", "conservative", "linear", "quadratic"] {
-        let errors = column(&findings, "error", method);
+        let errors = column("error", method);
         proof.below(format!("{method}: error, coarse"), errors[0], 0.5);
         proof.below(format!("{method}: error, fine"), errors[1], errors[0]);
-        let order = column(&findings, "order", method)[0];
+        let order = column("order", method)[0];
         proof.above(format!("{method}: order"), order, 0.9);
     }
-    let fine = |method| column(&findings, "error", method)[1];
+    let fine = |method| column("error", method)[1];
     proof.below(
         "quadratic against linear",
         fine("quadratic"),
         fine("linear"),
     );
     // Only the conservative stencils sum to the surface.
-    let off = |method| column(&findings, "conservation", method)[1];
+    let off = |method| column("conservation", method)[1];
     proof.below("conservation, conservative", off("conservative"), 1e-10);
     proof.above("conservation, Aras 2014", off("Aras"), 0.1);
 }
 
 pub(super) fn beam_study_comes_near_the_finite_elements(proof: &mut Proof) {
     let findings = study("beam");
-    let errors = column(&findings, "error", "");
+    let errors = numbers(&findings, "deflection", "error", []);
     assert_eq!(errors.len(), 8, "three ratios and points, two spacings");
     for (errors, most) in errors.chunks(2).zip([4.0, 4.0, 4.0, 40.0]) {
         // 1.2 % at nu 0.3 with four cells over the depth of a lattice that fits the beam; 33 % of points
@@ -133,7 +132,7 @@ fn splat_study() -> &'static Findings {
 
 pub(super) fn crack_study_finds_the_default_nearest_to_the_handbook(proof: &mut Proof) {
     let findings = study("crack");
-    let off = |form| column(&findings, "both, RMS", form);
+    let off = |form| numbers(&findings, "edge", "both, RMS", [form]);
     let default = off("diffraction");
     for error in default {
         proof.below("default, %", error, 8.0);
@@ -156,16 +155,14 @@ pub(super) fn crack_study_finds_the_default_nearest_to_the_handbook(proof: &mut 
 
 pub(super) fn hertz_study_meets_the_block_and_the_half_space(proof: &mut Proof) {
     let findings = study("hertz");
-    let errors = |model| column(&findings, "error, r 1 d 0.1", model);
+    let errors = |model| numbers(&findings, "convergence", "error, r 1 d 0.1", [model]);
     for model in ["default, even", "default, graded"] {
-        let found = errors(model);
-        for error in found {
+        for error in errors(model) {
             proof.below(format!("force, {model}, %"), error.abs(), 6.0);
         }
     }
     // Nodal volumes of eqs (17) and (18) sum to half as much again as the cube's.
-    let paper = errors("dissertation");
-    for error in paper {
+    for error in errors("dissertation") {
         proof.above("force, dissertation, %", error, 15.0);
     }
     // The two lattices of the reference differ by less than what is asked of the bodies.
@@ -181,13 +178,14 @@ pub(super) fn hertz_study_meets_the_block_and_the_half_space(proof: &mut Proof) 
     let (_, blocks) = &entries(&findings, "half-space", "block")[0];
     proof.above("size of the half-space", *blocks, 40.0);
     // Displacements: the sphere, and no sphere but a field given on the top, leave what alternates.
-    let norm = column(&findings, "norm of the error", "default, even");
+    let norm = numbers(
+        &findings,
+        "convergence",
+        "norm of the error",
+        ["default, even"],
+    );
     proof.below("norm of displacements, %", norm[1], norm[0].min(30.0));
-    let inside = |load: &str, model: &str, heading: &str| {
-        let found = entries(&findings, "alternating", heading).into_iter();
-        let of = found.filter(|(row, _)| row[0].word() == load && row[1].word().contains(model));
-        of.map(|(_, value)| value).collect::<Vec<_>>()
-    };
+    let inside = |load, model, heading| numbers(&findings, "alternating", heading, [load, model]);
     for load in [
         "smooth field given on the top",
         "the reference's given on the top",
@@ -213,10 +211,10 @@ pub(super) fn hertz_study_meets_the_block_and_the_half_space(proof: &mut Proof) 
 
 pub(super) fn field_study_reads_nearer_than_nodes_are(proof: &mut Proof) {
     let findings = study("field");
+    let column = |heading, nodes| numbers(&findings, "field", heading, [nodes]);
     // Wanted are 3 % of even nodes, whose rows are unlike, and 2.5 % as scenes sample, at about 6,000 nodes each.
     for (nodes, most) in [("even nodes", 4.5), ("as scenes sample", 2.5)] {
-        let [values, read] =
-            ["as nodal values", "as read"].map(|heading| column(&findings, heading, nodes));
+        let [values, read] = ["as nodal values", "as read"].map(|heading| column(heading, nodes));
         proof.below(format!("{nodes}: as read, fine, %"), read[1], most);
         proof.below(
             format!("{nodes}: fine against coarse"),
@@ -231,11 +229,11 @@ pub(super) fn field_study_reads_nearer_than_nodes_are(proof: &mut Proof) {
             );
         }
         let [values, read] =
-            ["skin by nodal values", "skin as read"].map(|name| column(&findings, name, nodes));
+            ["skin by nodal values", "skin as read"].map(|heading| column(heading, nodes));
         for (read, value) in read.iter().zip(&values) {
             proof.below(format!("{nodes}: skin as read"), *read, 0.8 * value);
         }
-        for force in column(&findings, "force", nodes) {
+        for force in column("force", nodes) {
             proof.below(format!("{nodes}: force, %"), force.abs(), 6.0);
         }
     }
@@ -257,13 +255,7 @@ pub(super) fn chapter_6_cuts_three_bodies_twice(proof: &mut Proof) {
         }
         before = *count;
     }
-    let dropped = entries(&findings, "chapter6", "drop");
-    let place = |body: &str, state: &str| {
-        let of = dropped.iter().find(|(row, _)| {
-            row[0].word() == body && row[1].word() == "default" && row[2].word() == state
-        });
-        of.expect("the row is there").1
-    };
+    let place = |body, state| numbers(&findings, "chapter6", "drop", [body, "default", state])[0];
     for body in ["block-1408", "block-436"] {
         // It sags by a few centimetres under its weight, and a piece that was cut off falls.
         let hanging = place(body, "hanging");
@@ -273,22 +265,16 @@ pub(super) fn chapter_6_cuts_three_bodies_twice(proof: &mut Proof) {
     }
     // Our bodies hang as finite elements do, nearer than linear tetrahedra on the same nodes: livers of 178 and 622 nodes
     // within a tenth, where those are 28 and 21 % short.
-    let sags = entries(&findings, "sag", "error of the sag");
-    let sag = |body: &str, model: &str| {
-        let mut of = sags.iter();
-        let found = of.find(|(row, _)| row[0].word() == body && row[1].word().contains(model));
-        found.expect("the row is there").1
-    };
+    let sag = |body, model| numbers(&findings, "sag", "error of the sag", [body, model])[0];
     let [coarse, finer] = ["default", "default, more"].map(|model| sag("liver-181", model));
     proof.below("liver-181: sag, %", coarse.abs(), 10.0);
     proof.below("liver-181: sag, more nodes, %", finer.abs(), 10.0);
     let linear = sag("liver-181", "linear tetrahedra, the");
     proof.below("liver-181: sag of linear tetrahedra, %", linear, -15.0);
     for body in ["block-1408", "block-436"] {
-        let error = |model: &str| sag(body, model);
-        let ours = error("default");
+        let ours = sag(body, "default");
         proof.below(format!("{body}: sag, %"), ours.abs(), 1.0);
-        let linear = error("linear tetrahedra, the").abs();
+        let linear = sag(body, "linear tetrahedra, the").abs();
         proof.below(format!("{body}: against tetrahedra"), ours.abs(), linear);
     }
 }
@@ -302,13 +288,7 @@ pub(super) fn cut_study_updates_blocks(proof: &mut Proof) {
 
 pub(super) fn figures_study_draws_each_and_table_1_has_its_pattern(proof: &mut Proof) {
     let findings = study("figures");
-    let deviation = |curve: &str| {
-        let found = entries(&findings, "approximation", "deviation");
-        let of = found
-            .into_iter()
-            .filter(|(row, _)| row[1].word().contains(curve));
-        of.map(|(_, deviation)| deviation).collect::<Vec<_>>()
-    };
+    let deviation = |curve| numbers(&findings, "approximation", "deviation", ["", curve]);
     proof.holds(
         "SPH deviates by 0.05, at every radius",
         deviation("SPH, radius").iter().all(|off| *off > 0.05),
@@ -405,12 +385,7 @@ pub(super) fn splat_study_finds_no_hole_in_the_default(proof: &mut Proof) {
     }
     let rest: f64 = of("holes").iter().map(|(_, pixels)| pixels).sum();
     proof.above("the other rules leave holes", rest, 0.5);
-    let errors = |body: &str, heading| -> Vec<f64> {
-        let all = of(heading).into_iter();
-        all.filter(|(row, _)| row[0].word() == body && default(row))
-            .map(|(_, error)| error)
-            .collect()
-    };
+    let errors = |body, heading| numbers(findings, "rules", heading, [body, "default"]);
     for heading in ["depth", "normal"] {
         let ball = errors("ball", heading);
         proof.below(
@@ -528,14 +503,7 @@ pub(super) fn a_reader_may_leave(proof: &mut Proof) {
 
 pub(super) fn splat_study_leaves_no_hole_and_errs_less_with_more_surfels(proof: &mut Proof) {
     let findings = splat_study();
-    let rules = table(findings, "rules");
-    let of = |body: &str, rule: &str, heading: &str| -> Vec<f64> {
-        let at = rules.column(heading);
-        let rows = rules.rows.iter();
-        rows.filter(|row| row[0].word() == body && row[1].word().contains(rule))
-            .filter_map(|row| row[at].number())
-            .collect()
-    };
+    let of = |body, rule, heading| numbers(findings, "rules", heading, [body, rule]);
     for body in ["ball", "torus", "box"] {
         assert_eq!(of(body, "default", "holes"), [0.0, 0.0], "{body}");
         let constant = of(body, "one radius", "holes");
