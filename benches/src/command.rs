@@ -112,9 +112,6 @@ struct Page {
     /// Show nothing but errors.
     #[arg(long)]
     quiet: bool,
-    /// Print what was found as JSON on stdout, one object per study.
-    #[arg(long)]
-    json: bool,
 }
 
 /// Where the CSV file of one problem goes, and how much of it is computed.
@@ -295,9 +292,6 @@ fn run_pages(chosen: &[&Study], asked: &Page) -> Result<(), StudyError> {
                 writeln!(io::stderr(), "{table}")?;
             }
         }
-        if asked.json {
-            say(serde_json::to_string(&findings)?)?;
-        }
         all.push(findings);
     }
     let page = write_page(&folder, &all)?;
@@ -349,7 +343,9 @@ fn run_random(all: bool, seed: u64, count: u32, batch: &Batch) -> Result<bool, S
     let count = if batch.quick { count.min(5) } else { count };
     let cases = random::cases(seed, count, all)?;
     let seen = |rows: &[Row]| {
-        random::summary(rows).iter().try_for_each(say)?;
+        random::summary(rows)
+            .iter()
+            .try_for_each(|class| say(&class.words))?;
         // Scenes that anyone can run again by themselves.
         for case in &cases {
             let row = rows.iter().find(|row| row.scene == case.name);
@@ -391,15 +387,12 @@ fn run_incision(filter: Option<&str>, one: &One) -> Result<bool, StudyError> {
     let mut first = None;
     let cases = chosen(&cases, filter, |case| &case.name, "; ")?;
     let found = cases.into_iter().map(|case| {
-        let finding = incision::measure(&case.name, case.scene);
-        let line = incision::Line::new(&finding, first.as_ref());
+        let finding = incision::measure(&case.name, case.scene, first.as_ref());
         // The same nodes cut the same way otherwise.
-        first.get_or_insert(finding);
-        Ok(line)
+        first.get_or_insert_with(|| finding.clone());
+        Ok(finding)
     });
-    judge(&one.out, "incision.csv", found, |line| {
-        line.breaches.clone()
-    })
+    judge(&one.out, "incision.csv", found, incision::breaches)
 }
 
 fn run_cracks(filter: Option<&str>, without_fronts: bool, one: &One) -> Result<bool, StudyError> {

@@ -6,7 +6,7 @@ use std::fmt;
 
 use glam::DVec3;
 use phyxel::scene::{Capture, Scene, Target};
-use phyxel::{Member, World};
+use phyxel::{Cutting, Member, World};
 use serde::Serialize;
 
 use crate::batch::Case;
@@ -36,132 +36,66 @@ const END: f64 = 2.85;
 /// Pairs that still link and are stretched this much are ligaments that a piece hangs on.
 const TIE: f64 = 3.0;
 
-/// One cut's surface.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
-pub struct Sheet {
-    /// Area (m²) inside the body.
-    pub area: f64,
-    /// Length (m²) of its area vector.
-    pub vector: f64,
-    /// Area (m²) whose normal points against the vector.
-    pub backwards: f64,
-}
-
-impl Sheet {
-    /// Area over the length of its vector: 1 if it is flat.
-    pub fn ratio(&self) -> f64 {
-        self.area / self.vector
-    }
-}
-
-/// What was found of one scene.
-#[derive(Debug, Clone, PartialEq, Default)]
+/// What was found of one scene: a line of the table of incisions.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Finding {
-    /// The incision's surface, and the resection's.
-    pub sheets: [Sheet; 2],
-    /// Pairs that the incision severed, lower node first.
-    pub severed: BTreeSet<[u32; 2]>,
-    /// Largest opening (m) of the incision at every multiple of 0.1 s of the scene's time before the resection.
-    pub openings: Vec<f64>,
+    scene: String,
+    /// Area inside the body of the incision's surface, and of the resection's, over the length of its area vector: 1 if it
+    /// is flat.
+    incision_ratio: f64,
+    resection_ratio: f64,
+    /// Area (m²) whose normal points against the vector.
+    incision_backwards: f64,
+    resection_backwards: f64,
+    /// Pairs that the incision severed; times the square of the spacing (m²), which is the same whatever the nodes.
+    severed_pairs: usize,
+    severed_area: f64,
+    /// Fraction of the pairs severed here or in the first scene that are severed here and there, if the nodes are the same.
+    overlap: Option<f64>,
+    /// Largest opening (m) of the incision right before the resection.
+    opening: f64,
+    /// How far its openings over time are off the first scene's: the root mean square of the difference, over that of the
+    /// first's.
+    opening_difference: Option<f64>,
     /// Pairs that blades passed and that no surface crosses.
-    pub missed: usize,
+    missed: usize,
     /// Linked pairs stretched threefold at the end.
-    pub ties: usize,
-    /// Nodes of the pieces at the end, largest first.
-    pub pieces: Vec<u32>,
+    ties: usize,
+    /// Pieces at the end, and nodes of the second largest.
+    pieces: usize,
+    second_piece: u32,
     /// Median time (s) from a blade's edge to the end of its step.
-    pub latency: f64,
-    /// Mean distance of neighbours (m).
-    pub spacing: f64,
+    latency: f64,
+    /// Pairs that the incision severed, lower node first.
+    #[serde(skip)]
+    severed: BTreeSet<[u32; 2]>,
+    /// Largest opening (m) of the incision at every multiple of 0.1 s of the scene's time before the resection.
+    #[serde(skip)]
+    openings: Vec<f64>,
+    /// Nodes of the pieces at the end, largest first.
+    #[serde(skip)]
+    sizes: Vec<u32>,
     /// The run's figures.
-    pub row: Row,
+    #[serde(skip)]
+    row: Row,
 }
 
 impl Finding {
-    /// Pairs that the incision severed times the square of the spacing (m²): the same whatever the nodes.
-    pub fn severed_area(&self) -> f64 {
-        let pairs = u32::try_from(self.severed.len()).map_or(f64::INFINITY, f64::from);
-        pairs * self.spacing * self.spacing
-    }
-
-    /// Largest opening (m) of the incision right before the resection.
-    pub fn opening(&self) -> f64 {
-        self.openings.last().copied().unwrap_or(0.0)
-    }
-
-    /// How far its openings over time are off another's: the root mean square of the difference, over that of the
-    /// other's.
-    pub fn opening_difference(&self, other: &Self) -> f64 {
+    /// Sets what is found beside the first scene's.
+    fn compare(&mut self, first: &Self) {
         let square = |sum: f64, x: f64| sum + x * x;
-        let both = self.openings.iter().zip(&other.openings);
+        let both = self.openings.iter().zip(&first.openings);
         let off = both.map(|(a, b)| a - b).fold(0.0, square);
-        (off / other.openings.iter().copied().fold(0.0, square)).sqrt()
-    }
-
-    /// Fraction of the pairs severed here or there that are severed here and there, if the nodes are the same.
-    pub fn overlap(&self, other: &Self) -> Option<f64> {
-        let count = |n: usize| u32::try_from(n).map_or(f64::INFINITY, f64::from);
-        let both = count(self.severed.intersection(&other.severed).count());
-        let either = count(self.severed.union(&other.severed).count());
-        (self.row.nodes == other.row.nodes && either > 0.0).then(|| both / either)
+        let whole = first.openings.iter().copied().fold(0.0, square);
+        self.opening_difference = Some((off / whole).sqrt());
+        let both = self.severed.intersection(&first.severed).count() as f64;
+        let either = self.severed.union(&first.severed).count() as f64;
+        let alike = self.row.nodes == first.row.nodes && either > 0.0;
+        self.overlap = alike.then(|| both / either);
     }
 }
 
-/// A line of the table of incisions.
-#[derive(Debug, Serialize)]
-pub struct Line {
-    scene: String,
-    incision_ratio: f64,
-    resection_ratio: f64,
-    incision_backwards: f64,
-    resection_backwards: f64,
-    severed_pairs: usize,
-    severed_area: f64,
-    overlap: Option<f64>,
-    opening: f64,
-    opening_difference: Option<f64>,
-    missed: usize,
-    ties: usize,
-    pieces: usize,
-    second_piece: u32,
-    latency: f64,
-    #[serde(skip)]
-    sizes: Vec<u32>,
-    #[serde(skip)]
-    wall: f64,
-    /// What exceeds a limit, in words.
-    #[serde(skip)]
-    pub breaches: Vec<String>,
-}
-
-impl Line {
-    /// What was found of a scene, beside what was found of the first one.
-    pub fn new(finding: &Finding, first: Option<&Finding>) -> Self {
-        let [incision, resection] = finding.sheets;
-        Self {
-            scene: finding.row.scene.clone(),
-            incision_ratio: incision.ratio(),
-            resection_ratio: resection.ratio(),
-            incision_backwards: incision.backwards,
-            resection_backwards: resection.backwards,
-            severed_pairs: finding.severed.len(),
-            severed_area: finding.severed_area(),
-            overlap: first.and_then(|first| finding.overlap(first)),
-            opening: finding.opening(),
-            opening_difference: first.map(|first| finding.opening_difference(first)),
-            missed: finding.missed,
-            ties: finding.ties,
-            pieces: finding.pieces.len(),
-            second_piece: finding.pieces.get(1).copied().unwrap_or(0),
-            latency: finding.latency,
-            sizes: finding.pieces.clone(),
-            wall: finding.row.wall,
-            breaches: breaches(finding),
-        }
-    }
-}
-
-impl fmt::Display for Line {
+impl fmt::Display for Finding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
@@ -182,7 +116,7 @@ impl fmt::Display for Line {
             self.ties,
             self.sizes,
             1e3 * self.latency,
-            self.wall
+            self.row.wall
         )
     }
 }
@@ -219,15 +153,27 @@ fn case(nodes: u32, way: f64, factor: f64) -> Result<Case, StudyError> {
     })
 }
 
-/// Runs one of [`cases`].
-pub fn measure(name: &str, scene: Scene) -> Finding {
+/// What is read at the end of a run.
+struct End {
+    missed: usize,
+    ties: usize,
+    sizes: Vec<u32>,
+    latency: f64,
+    /// Mean distance of neighbours (m).
+    spacing: f64,
+}
+
+/// Runs one of [`cases`]; `first` is what the first of them gave.
+pub fn measure(name: &str, scene: Scene, first: Option<&Finding>) -> Finding {
     let starts: Vec<f64> = scene.cuts.iter().map(phyxel::scene::Cut::start).collect();
     let mut parts: [Vec<DVec3>; 2] = Default::default();
-    let mut seen = 0;
-    let mut found = Finding {
+    let (mut seen, mut pairs, mut openings) = (0, BTreeSet::new(), Vec::new());
+    let mut end = End {
+        missed: 0,
+        ties: 0,
+        sizes: Vec::new(),
         latency: f64::NAN,
         spacing: f64::NAN,
-        ..Finding::default()
     };
     let row = run_with(name, scene, Options::default(), |world| {
         let member = &world.members()[0];
@@ -235,73 +181,82 @@ pub fn measure(name: &str, scene: Scene) -> Finding {
             return;
         };
         let cuts = cutting.cuts();
-        if cuts.triangle_count() > seen {
-            let cut = starts.iter().rposition(|start| *start <= now).unwrap_or(0);
-            let solid = &member.body.solid;
-            for triangle in seen..cuts.triangle_count() {
-                let inside = |x: DVec3| solid.contains(x);
-                within(
-                    cuts.triangle(triangle),
-                    DIVISIONS,
-                    &inside,
-                    &mut parts[cut.min(1)],
-                );
-            }
-            seen = cuts.triangle_count();
+        let cut = starts.iter().rposition(|start| *start <= now).unwrap_or(0);
+        let inside = |x: DVec3| member.body.solid.contains(x);
+        for triangle in seen..cuts.triangle_count() {
+            let triangle = cuts.triangle(triangle);
+            within(triangle, DIVISIONS, &inside, &mut parts[cut.min(1)]);
         }
-        let due = READING * (found.openings.len() + 1) as f64;
+        seen = cuts.triangle_count().max(seen);
+        let due = READING * (openings.len() + 1) as f64;
         if now >= due && due <= BETWEEN {
             let opening;
-            (found.severed, opening) = severed(member);
-            found.openings.push(opening);
+            (pairs, opening) = severed(member, cutting);
+            openings.push(opening);
         }
         if now + 2.0 * world.step_size() >= END {
-            finish(world, member, &mut found);
+            end = ended(world, member, cutting, end.latency);
         }
     });
-    found.sheets = parts.map(|vectors| {
+    let [incision, resection] = parts.map(|vectors| {
         let sum: DVec3 = vectors.iter().sum();
+        let area: f64 = vectors.iter().map(|vector| vector.length()).sum();
         let backwards = vectors.iter().filter(|vector| vector.dot(sum) < 0.0);
-        Sheet {
-            area: vectors.iter().map(|vector| vector.length()).sum(),
-            vector: sum.length(),
-            backwards: backwards.map(|vector| vector.length()).sum(),
-        }
+        let backwards: f64 = backwards.map(|vector| vector.length()).sum();
+        (area / sum.length(), backwards)
     });
-    found.row = row;
+    let mut found = Finding {
+        scene: row.scene.clone(),
+        incision_ratio: incision.0,
+        resection_ratio: resection.0,
+        incision_backwards: incision.1,
+        resection_backwards: resection.1,
+        severed_pairs: pairs.len(),
+        severed_area: pairs.len() as f64 * end.spacing * end.spacing,
+        overlap: None,
+        opening: openings.last().copied().unwrap_or(0.0),
+        opening_difference: None,
+        missed: end.missed,
+        ties: end.ties,
+        pieces: end.sizes.len(),
+        second_piece: end.sizes.get(1).copied().unwrap_or(0),
+        latency: end.latency,
+        severed: pairs,
+        openings,
+        sizes: end.sizes,
+        row,
+    };
+    if let Some(first) = first {
+        found.compare(first);
+    }
     found
 }
 
-/// What is read at the end.
-fn finish(world: &World, member: &Member, found: &mut Finding) {
-    let Some(cutting) = &member.cutting else {
-        return;
-    };
+fn ended(world: &World, member: &Member, cutting: &Cutting, before: f64) -> End {
     let (body, graph) = (&member.body, &member.body.neighborhoods);
-    found.missed = cutting.missed_pairs();
-    found.spacing = body.spacing;
-    found.pieces = member.pieces().sizes;
-    found.pieces.sort_unstable_by(|a, b| b.cmp(a));
+    let mut sizes = member.pieces().sizes;
+    sizes.sort_unstable_by(|a, b| b.cmp(a));
     let x = body.motion.positions();
-    found.ties = 0;
+    let mut ties = 0;
     for i in 0..body.rest.len() {
         for pair in graph.pairs(i) {
             let j = graph.indices()[pair] as usize;
             let stretch = x[i].distance(x[j]) / body.rest[i].distance(body.rest[j]);
             let links = cutting.factors().factor(pair) > 0.0;
-            found.ties += usize::from(j > i && links && stretch > TIE);
+            ties += usize::from(j > i && links && stretch > TIE);
         }
     }
-    if let Some(median) = median(world.latencies()) {
-        found.latency = 1e-3 * median;
+    End {
+        missed: cutting.missed_pairs(),
+        ties,
+        sizes,
+        latency: median(world.latencies()).map_or(before, |median| 1e-3 * median),
+        spacing: body.spacing,
     }
 }
 
 /// Severed pairs of a body, and by how much (m) the farthest have come apart.
-fn severed(member: &Member) -> (BTreeSet<[u32; 2]>, f64) {
-    let Some(cutting) = &member.cutting else {
-        return (BTreeSet::new(), 0.0);
-    };
+fn severed(member: &Member, cutting: &Cutting) -> (BTreeSet<[u32; 2]>, f64) {
     let (body, graph) = (&member.body, &member.body.neighborhoods);
     let x = body.motion.positions();
     let (mut pairs, mut opening) = (BTreeSet::new(), 0.0_f64);
@@ -320,27 +275,26 @@ fn severed(member: &Member) -> (BTreeSet<[u32; 2]>, f64) {
 }
 
 /// What exceeds a limit, in words.
-fn breaches(finding: &Finding) -> Vec<String> {
-    let (mut found, row) = (Vec::new(), &finding.row);
+pub fn breaches(finding: &Finding) -> Vec<String> {
+    let Finding { scene, row, .. } = finding;
     if !row.ended {
-        found.push(format!("{}: does not end: {}", row.scene, row.error));
-        return found;
+        return vec![format!("{scene}: does not end: {}", row.error)];
     }
-    for (what, sheet) in ["incision", "resection"].iter().zip(&finding.sheets) {
-        let ratio = sheet.ratio();
+    let mut found = Vec::new();
+    for (what, ratio) in [
+        ("incision", finding.incision_ratio),
+        ("resection", finding.resection_ratio),
+    ] {
         if ratio.is_nan() || ratio > FLATNESS {
             found.push(format!(
-                "{}: the {what}'s area is {ratio:.4} of its vector's, at most {FLATNESS}",
-                row.scene
+                "{scene}: the {what}'s area is {ratio:.4} of its vector's, at most {FLATNESS}"
             ));
         }
     }
-    if finding.pieces.len() < 2 || finding.ties > 0 {
+    if finding.pieces < 2 || finding.ties > 0 {
         found.push(format!(
-            "{}: the tip hangs on: {} pieces, {} ligaments",
-            row.scene,
-            finding.pieces.len(),
-            finding.ties
+            "{scene}: the tip hangs on: {} pieces, {} ligaments",
+            finding.pieces, finding.ties
         ));
     }
     found

@@ -1,11 +1,9 @@
 //! Scenes from a seeded generator: what nobody tuned for.
 
 use std::f64::consts::TAU;
-use std::fmt;
 
 use glam::DVec3;
 use phyxel::scene::{Body, Cut, Gravity, Key, Region, Scene, Shape, Support, Target};
-use serde::Serialize;
 use testkit::cloud::Random;
 
 use crate::batch::Case;
@@ -168,62 +166,40 @@ fn stroke(random: &mut Random, number: u32, half: DVec3, start: f64) -> Cut {
 }
 
 /// What became of the scenes of one class of load.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug)]
 pub struct Class {
     /// Loads `ρ g L / E` below this.
-    pub below: f64,
-    /// Scenes.
-    pub scenes: usize,
-    /// Those that ended.
-    pub ended: usize,
-    /// Those that ended and in which no stroke added more than it may.
-    pub calm: usize,
-    /// Most energy added by the updates of one stroke, over what was stored.
-    pub worst_added: f64,
-    /// Largest fraction that the audit leaves unexplained, of those that ended.
-    pub worst_imbalance: f64,
-    /// Largest step reduction of those that ended.
-    pub worst_shrink: f64,
-}
-
-impl fmt::Display for Class {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "rho g L / E below {:<4} {:>3} scenes, {:>3} end, {:>3} of them calm; worst added by a stroke \
-             {:.1e}, energy-balance error {:.1e}, shrink {:.1}",
-            self.below,
-            self.scenes,
-            self.ended,
-            self.calm,
-            self.worst_added,
-            self.worst_imbalance,
-            self.worst_shrink
-        )
-    }
+    below: f64,
+    scenes: usize,
+    ended: usize,
+    /// All that is known of them, in words; worst are those that ended, calm those of them in which no stroke added more
+    /// than it may.
+    pub words: String,
 }
 
 /// Rows by class of load.
 pub fn summary(rows: &[Row]) -> Vec<Class> {
     let mut from = 0.0;
     let classes = CLASSES.iter().map(|&below| {
-        let rows: Vec<&Row> = rows
-            .iter()
-            .filter(|row| row.load >= from && row.load < below)
-            .collect();
+        let of_class = |row: &&Row| row.load >= from && row.load < below;
+        let rows: Vec<&Row> = rows.iter().filter(of_class).collect();
         from = below;
-        let worst = |of: fn(&Row) -> f64| {
-            let ended = rows.iter().filter(|row| row.ended);
-            ended.map(|row| of(row)).fold(0.0, f64::max)
-        };
+        let all: Vec<&Row> = rows.iter().filter(|row| row.ended).copied().collect();
+        let (scenes, ended) = (rows.len(), all.len());
+        let calm = all.iter().filter(|row| is_calm(row)).count();
+        let worst = |of: fn(&Row) -> f64| all.iter().map(|row| of(row)).fold(0.0, f64::max);
+        let words = format!(
+            "rho g L / E below {below:<4} {scenes:>3} scenes, {ended:>3} end, {calm:>3} of them calm; worst added by a \
+             stroke {:.1e}, energy-balance error {:.1e}, shrink {:.1}",
+            worst(|row| row.added_by_stroke),
+            worst(|row| row.imbalance),
+            worst(|row| row.shrink)
+        );
         Class {
             below,
-            scenes: rows.len(),
-            ended: rows.iter().filter(|row| row.ended).count(),
-            calm: rows.iter().filter(|row| is_calm(row)).count(),
-            worst_added: worst(|row| row.added_by_stroke),
-            worst_imbalance: worst(|row| row.imbalance),
-            worst_shrink: worst(|row| row.shrink),
+            scenes,
+            ended,
+            words,
         }
     });
     classes.collect()
