@@ -1,9 +1,10 @@
 //! The dissertation's enrichment grid in bodies that move.
 
 use phyxel::World;
-use phyxel_scene::{EMBEDDED, Override};
+use phyxel_scene::EMBEDDED;
 
 use super::Proof;
+use crate::studies::embedded;
 
 /// Whatever blades do in a body that sags and opens, the grid's chain of lattices takes it, the pairs that
 /// it cannot decide are left to the default rule, and the run comes to its end with the cut made. It may cut
@@ -17,13 +18,9 @@ pub(super) fn every_embedded_scene_ends_well_with_the_grid_at_three_sizes(proof:
         .collect();
     let mut wrong = Vec::new();
     for (name, nodes) in runs {
-        let changes = [
-            "pictures=None".to_owned(),
-            "bodies[0].cut_rule=Grid()".to_owned(),
-            format!("bodies[0].sampling.target=Nodes({nodes})"),
-        ];
-        let changes = changes.map(|text| Override::parse(&text).unwrap());
-        let scene = phyxel_scene::embedded(name, &changes).unwrap();
+        let target = format!("bodies[0].sampling.target=Nodes({nodes})");
+        let changes = ["pictures=None", "bodies[0].cut_rule=Grid()", &target];
+        let scene = embedded(name, &changes).unwrap();
         if scene.contact.is_some() {
             continue;
         }

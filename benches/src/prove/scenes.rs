@@ -7,10 +7,10 @@ use serde_json::Value;
 use super::Proof;
 use phyxel_cli::cli::run_time;
 use phyxel_cli::run::{RunOptions, pool, run};
-use phyxel_scene::Override;
 
 use crate::batch::{Case, run_all};
-use crate::{Options, cook, cracks, griffith, matrix, random};
+use crate::studies::embedded;
+use crate::{Options, cook, cracks, griffith, matrix, random, watch};
 
 /// The cases' rows, one after the other: the claims themselves share the cores.
 fn rows(cases: &[Case], options: Options) -> Vec<crate::Row> {
@@ -128,19 +128,10 @@ pub(super) fn viscous_bodies_close(proof: &mut Proof) {
         ),
     ];
     for (name, overrides) in cases {
-        let fewer = "bodies[0].sampling.target=Nodes(700)".to_owned();
-        let parsed = (overrides.iter().chain([&fewer]))
-            .map(|text| Override::parse(text).expect("it is one"));
-        let overrides: Vec<Override> = parsed.collect();
-        let scene = phyxel_scene::embedded("block", &overrides).expect("a scene");
-        let name = name.to_owned();
-        let row = &rows(
-            &[Case {
-                name: name.clone(),
-                scene,
-            }],
-            Options::default(),
-        )[0];
+        let mut changes: Vec<&str> = overrides.iter().map(String::as_str).collect();
+        changes.push("bodies[0].sampling.target=Nodes(700)");
+        let scene = embedded("block", &changes).expect("a scene");
+        let row = watch::run(name, scene, Options::default());
         proof.below(format!("{name}: unexplained"), row.imbalance, 5e-4);
         proof.below(
             format!("{name}: first step over the least"),

@@ -7,8 +7,6 @@ mod plot;
 use std::fmt;
 use std::path::Path;
 
-use serde::Serialize;
-
 use crate::StudyError;
 use crate::error::of_file;
 
@@ -17,7 +15,7 @@ pub(crate) use page::html;
 pub(crate) use plot::draw;
 
 /// The answer of a study.
-#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Report {
     /// What was done and what it means, a paragraph each.
     pub words: Vec<String>,
@@ -39,7 +37,7 @@ impl Report {
 }
 
 /// A table of numbers.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Table {
     /// Part of the file name.
     pub name: &'static str,
@@ -52,7 +50,7 @@ pub struct Table {
 }
 
 /// A column.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Column {
     /// What it holds.
     pub name: &'static str,
@@ -61,8 +59,7 @@ pub struct Column {
 }
 
 /// One entry of a table.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[serde(untagged)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Cell {
     /// A word.
     Word(String),
@@ -253,7 +250,7 @@ impl fmt::Display for Table {
 }
 
 /// A plot of lines.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Plot {
     /// Part of the file name.
     pub name: &'static str,
@@ -268,7 +265,7 @@ pub struct Plot {
 }
 
 /// An axis.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Axis {
     /// What it shows, with its unit.
     pub label: String,
@@ -289,7 +286,7 @@ pub(crate) fn linear(label: &str) -> Axis {
 }
 
 /// How an axis is divided.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scale {
     /// Evenly.
     Linear,
@@ -298,10 +295,9 @@ pub enum Scale {
 }
 
 /// A line of a plot.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Series {
     /// Whether its points are shown without a line through them.
-    #[serde(skip)]
     pub dots: bool,
     /// Name in the legend.
     pub name: String,

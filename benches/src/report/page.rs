@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{Cell, Table, draw};
+use super::{Cell, Table, draw, machine};
 use crate::{Effort, Findings, StudyError};
 
 const STYLE: &str = "\
@@ -50,7 +50,7 @@ pub(crate) fn html(findings: &[Findings]) -> Result<String, StudyError> {
             "<footer><code>benches {}{effort}</code>, {:.1} s on {}</footer>\n",
             study.name,
             found.seconds,
-            escaped(&found.machine)
+            escaped(&machine())
         ));
     }
     push(format_args!("</body></html>\n"));

@@ -1,6 +1,6 @@
 //! Cutting: what a blade update costs.
 
-use super::chapter6::overrides;
+use super::embedded;
 use crate::report::{Cell, Report, Series, Table, median, plots, row};
 use crate::{Effort, StudyError};
 use phyxel::Phase;
@@ -72,7 +72,7 @@ fn updates(effort: Effort) -> Result<Measured, StudyError> {
 fn update(nodes: u32, captures: u32) -> Result<Vec<Cell>, StudyError> {
     // From outside to the block's far side.
     let distance = 0.095 / f64::from(captures);
-    let overrides = overrides(&[
+    let changes: [&str; 4] = [
         &format!("bodies[0].sampling.target=Nodes({nodes})"),
         "integration.settle=None",
         "gravity=None",
@@ -81,8 +81,8 @@ fn update(nodes: u32, captures: u32) -> Result<Vec<Cell>, StudyError> {
              0.0213)), (time: {PASSING}, position: (0.035, 0, 0.0213))], capture: \
              Distance({distance}))]"
         ),
-    ])?;
-    let mut world = World::new(phyxel_scene::embedded("block", &overrides)?)?;
+    ];
+    let mut world = World::new(embedded("block", &changes)?)?;
     let mut times = Vec::new();
     let mut changed = 0;
     while world.scene_time().is_some_and(|now| now <= PASSING) {

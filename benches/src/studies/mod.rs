@@ -11,7 +11,6 @@ mod cut;
 mod field;
 mod figures;
 mod gradient;
-mod hanging;
 mod hertz;
 mod sag;
 mod splat;
@@ -20,14 +19,22 @@ mod time;
 
 use std::path::PathBuf;
 
+use phyxel::scene::Scene;
 use phyxel_cli::output::OutputFolder;
-use serde::Serialize;
+use phyxel_scene::Override;
 
 use crate::StudyError;
-use crate::report::{Report, draw, html, machine};
+use crate::report::{Report, draw, html};
+
+/// An embedded scene with changes of its text.
+pub(crate) fn embedded(name: &str, changes: &[&str]) -> Result<Scene, StudyError> {
+    let changes = changes.iter().map(|change| Override::parse(change));
+    let changes = changes.collect::<Result<Vec<_>, _>>()?;
+    Ok(phyxel_scene::embedded(name, &changes)?)
+}
 
 /// How much is computed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Effort {
     /// Everything that the page shows.
     Full,
@@ -45,7 +52,7 @@ impl Effort {
 }
 
 /// A study.
-#[derive(Debug, Clone, Copy, Serialize)]
+#[derive(Debug, Clone, Copy)]
 pub struct Study {
     /// Name on the command line.
     pub name: &'static str,
@@ -53,7 +60,6 @@ pub struct Study {
     pub title: &'static str,
     /// What the study asks, in one line.
     pub question: &'static str,
-    #[serde(skip)]
     run: fn(Effort) -> Result<Report, StudyError>,
 }
 
@@ -82,7 +88,7 @@ pub const STUDIES: &[Study] = studies! {
         "how far off are stress intensity and opening of a cut, and what does it cost?";
     "cut" cut::run, "Cutting",
         "what does a blade update cost?";
-    "chapter6" hanging::run, "The dissertation's chapter 6 again",
+    "chapter6" chapter6::run, "The dissertation's chapter 6 again",
         "how do its model and phyxel do on its bodies: error, speed, energy of the cuts?";
     "splat" splat::run, "Surfaces drawn as splats",
         "how far is a picture of splats from the exact one, and what does it cost?";
@@ -93,20 +99,16 @@ pub const STUDIES: &[Study] = studies! {
 };
 
 /// What a study found.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone)]
 pub struct Findings {
     /// The study.
     pub study: Study,
     /// How much was computed.
     pub effort: Effort,
-    /// The machine, in a line.
-    pub machine: String,
     /// Wall time of the study (s).
     pub seconds: f64,
     /// Tables, plots and words.
     pub report: Report,
-    /// Files written.
-    pub files: Vec<PathBuf>,
 }
 
 impl Study {
@@ -120,27 +122,19 @@ impl Study {
         let start = std::time::Instant::now();
         let report = (self.run)(effort)?;
         let seconds = start.elapsed().as_secs_f64();
-        let mut files = Vec::new();
-        let mut write = |name: String, text: &[u8]| -> Result<(), StudyError> {
-            folder.write(&name, text)?;
-            files.push(folder.path().join(name));
-            Ok(())
-        };
         for table in &report.tables {
             let name = format!("{}-{}.csv", self.name, table.name);
-            write(name, &table.to_csv())?;
+            folder.write(&name, &table.to_csv())?;
         }
         for plot in &report.plots {
             let name = format!("{}-{}.svg", self.name, plot.name);
-            write(name, draw(plot)?.as_bytes())?;
+            folder.write(&name, draw(plot)?.as_bytes())?;
         }
         Ok(Findings {
             study: *self,
             effort,
-            machine: machine(),
             seconds,
             report,
-            files,
         })
     }
 }

@@ -6,7 +6,8 @@ use phyxel_discretize::{nodal_volumes, tetrahedron_volume};
 use phyxel_elastic::Material;
 use phyxel_integrate::{BoundaryConditions, ForceLaw};
 
-use super::chapter6::{BODIES, MODELS, overrides};
+use super::chapter6::{BODIES, MODELS};
+use super::embedded;
 use crate::problems::cantilever::Tetrahedra;
 use crate::problems::elements::{Elements, Order};
 use crate::problems::model::{Law, small_displacements};
@@ -36,7 +37,7 @@ pub(crate) struct Sag {
 fn body(name: &str, changes: &[&str]) -> Result<Body, StudyError> {
     let still = ["gravity=None", "integration.settle=None", "cuts=[]"];
     let changes: Vec<&str> = still.iter().chain(changes).copied().collect();
-    let scene = phyxel_scene::embedded(name, &overrides(&changes)?)?;
+    let scene = embedded(name, &changes)?;
     Ok(Body::new(&scene, &scene.bodies[0])?)
 }
 

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use super::chapter6::overrides;
+use super::embedded;
 use crate::report::{Report, Series, Table, plots, row};
 use crate::{Effort, StudyError};
 use phyxel::World;
@@ -18,12 +18,8 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
     );
     let (mut rows, mut setup, mut steps) = (Vec::new(), Vec::new(), Vec::new());
     for &size in sizes {
-        let overrides = overrides(&[
-            &format!("bodies[0].sampling.target=Nodes({size})"),
-            "integration.settle=None",
-            "cuts=[]",
-        ])?;
-        let scene = phyxel_scene::embedded("block", &overrides)?;
+        let target = format!("bodies[0].sampling.target=Nodes({size})");
+        let scene = embedded("block", &[&target, "integration.settle=None", "cuts=[]"])?;
         let start = Instant::now();
         let mut world = World::new(scene)?;
         let built = start.elapsed().as_secs_f64();

@@ -2,12 +2,12 @@
 
 use std::f64::consts::PI;
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use phyxel_discretize::{Bounds, Primitive, Solid, SurfaceSamples, surface_mesh};
-use phyxel_splat::{RadiusRule, Splats, covering_radii};
+use phyxel_splat::{RadiusRule, covering_radii};
 
 use super::exact::{Difference, Exact, mean_square};
-use super::{at_rest, implicit, plain_renderer};
+use super::{at_rest, implicit};
 use crate::report::{Table, row};
 use crate::{Effort, StudyError};
 use phyxel::scene::SurfelSpacing;
@@ -55,12 +55,7 @@ pub(crate) fn table(effort: Effort) -> Result<Table, StudyError> {
     for (body, solid) in bodies() {
         let (camera, exact) = Exact::framed(&solid, width, height);
         let drawn = |surfels: &SurfaceSamples, radius| -> Result<Difference, StudyError> {
-            let tissue = at_rest(surfels, radius)?;
-            let splats = Splats::at_rest(tissue.surfels());
-            let colors = vec![Vec3::splat(0.5); surfels.positions.len()];
-            let mut renderer = plain_renderer(width, height);
-            let frame = renderer.draw(&tissue.view(&splats, &colors), &[], &camera);
-            Ok(exact.compare(&frame, &camera))
+            Ok(exact.drawn(&at_rest(surfels, radius)?, &camera, 1).0)
         };
         for &count in counts {
             let [even, following] = surfels(&solid, count)?;

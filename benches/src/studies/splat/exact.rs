@@ -4,10 +4,12 @@ use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
 use phyxel_discretize::{Bounds, Primitive, Solid, SurfaceSamples, sample_surfels, surface_mesh};
-use phyxel_splat::{Camera, Frame, Lens, Measure, RadiusRule, Splats, Tissue};
+use phyxel_splat::{
+    Camera, Frame, Lens, Measure, RadiusRule, RenderSettings, Renderer, Splats, Tissue,
+};
 use rayon::prelude::*;
 
-use super::{at_rest, implicit, plain_renderer};
+use super::{at_rest, implicit};
 use crate::report::{Report, Table, add_point, median_time, plots, row};
 use crate::{Effort, StudyError};
 
@@ -107,7 +109,29 @@ impl Exact {
         range.is_some_and(|(low, high)| high - low < FOLD)
     }
 
-    pub(crate) fn compare(&self, frame: &Frame, camera: &Camera) -> Difference {
+    /// How far the picture of a tissue at rest is off, one sample a pixel, and the median time (s) of so many.
+    pub(crate) fn drawn(
+        &self,
+        tissue: &Tissue,
+        camera: &Camera,
+        times: usize,
+    ) -> (Difference, f64) {
+        let splats = Splats::at_rest(tissue.surfels());
+        let colors = vec![Vec3::splat(0.5); tissue.surfels().len()];
+        let mut renderer = Renderer::new(RenderSettings {
+            width: self.width as u32,
+            height: self.height as u32,
+            samples: 1,
+            keep_normals: true,
+            ..RenderSettings::default()
+        });
+        let (frame, seconds) = median_time(times, || {
+            renderer.draw(&tissue.view(&splats, &colors), &[], camera)
+        });
+        (self.compare(&frame, camera), seconds)
+    }
+
+    fn compare(&self, frame: &Frame, camera: &Camera) -> Difference {
         let mut found = Difference::default();
         let (mut square, mut angle, mut compared) = (0.0, 0.0, 0.0);
         let mut inside = 0.0;
@@ -247,13 +271,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
             let area: f64 = surfels.areas.iter().sum();
             for (rule, radius) in rules(&surfels) {
                 let tissue = at_rest(&surfels, radius)?;
-                let splats = Splats::at_rest(tissue.surfels());
-                let colors = vec![Vec3::splat(0.5); surfels.positions.len()];
-                let mut renderer = plain_renderer(width, height);
-                let (frame, seconds) = median_time(PICTURES, || {
-                    renderer.draw(&tissue.view(&splats, &colors), &[], &camera)
-                });
-                let found = exact.compare(&frame, &camera);
+                let (found, seconds) = exact.drawn(&tissue, &camera, PICTURES);
                 let [drawn, least] = standing_out(&tissue, area, &camera, height);
                 let disks: f64 = tissue.surfels().radii.iter().map(|r| PI * r * r).sum();
                 rows.push(row![

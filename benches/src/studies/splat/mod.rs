@@ -8,7 +8,7 @@ mod speed;
 
 use glam::DVec3;
 use phyxel_discretize::{Primitive, Solid, SurfaceSamples};
-use phyxel_splat::{RadiusRule, RenderSettings, Renderer, Tissue, TissueSettings};
+use phyxel_splat::{RadiusRule, Tissue, TissueSettings};
 
 use crate::report::Report;
 use crate::{Effort, StudyError};
@@ -31,17 +31,6 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
 /// The solid of a shape's own function.
 fn implicit(shape: Primitive) -> Solid {
     Solid::implicit(shape.bounds(), move |p| shape.value(p))
-}
-
-/// Draws one sample a pixel and keeps the normals, to be compared with exact pictures.
-fn plain_renderer(width: u32, height: u32) -> Renderer {
-    Renderer::new(RenderSettings {
-        width,
-        height,
-        samples: 1,
-        keep_normals: true,
-        ..RenderSettings::default()
-    })
 }
 
 /// Surfels that nothing carries: a tissue of one node, at rest.
