@@ -58,22 +58,27 @@ pub enum LiverCuts {
     Uncut,
 }
 
-/// The embedded scene `name` with nothing of its own against the defaults: hourglass stabilization, damping, how often
-/// blades are captured and the steps' share of the stable limit are those of a scene in which nothing is said of them.
-pub fn plain(name: &str) -> Result<Scene, StudyError> {
-    let mut scene = phyxel_scene::embedded(name, &[])?;
+/// Takes from a scene's bodies what they say of hourglass stabilization and damping, and pictures.
+pub fn as_usual(scene: &mut Scene) {
     for body in &mut scene.bodies {
         let usual = Body::new(body.shape.clone());
         body.material.stabilization = MaterialSettings::default().stabilization;
         body.damping = usual.damping;
         body.damping_ratio = usual.damping_ratio;
     }
+    scene.pictures = None;
+}
+
+/// The embedded scene `name` with nothing of its own against the defaults: hourglass stabilization, damping, how often
+/// blades are captured and the steps' share of the stable limit are those of a scene in which nothing is said of them.
+pub fn plain(name: &str) -> Result<Scene, StudyError> {
+    let mut scene = phyxel_scene::embedded(name, &[])?;
+    as_usual(&mut scene);
     for cut in &mut scene.cuts {
         cut.capture = Capture::default();
     }
     scene.tools.clear();
     scene.integration.step_factor = Integration::default().step_factor;
-    scene.pictures = None;
     Ok(scene)
 }
 

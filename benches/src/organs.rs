@@ -3,11 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use phyxel::scene::{Body, MaterialSettings, Region, Scene, Shape, Target};
+use phyxel::scene::{Region, Scene, Shape, Target};
 use phyxel_discretize::{Bounds, Placement, RepairSettings, Solid, read_mesh, repair};
 
 use crate::batch::Case;
 use crate::error::{StudyError, of_file};
+use crate::matrix::as_usual;
 use crate::row::Bars;
 
 /// Extensions of mesh files.
@@ -93,13 +94,7 @@ fn default_scene(file: &Path) -> Result<Scene, StudyError> {
     };
     let (repaired, _) = repair(&read.mesh, &settings).map_err(of_file(file))?;
     let (mut scene, _) = phyxel_scene::for_mesh(file, &Solid::from_mesh(repaired), &[])?;
-    for body in &mut scene.bodies {
-        let usual = Body::new(body.shape.clone());
-        body.material.stabilization = MaterialSettings::default().stabilization;
-        body.damping = usual.damping;
-        body.damping_ratio = usual.damping_ratio;
-    }
-    scene.pictures = None;
+    as_usual(&mut scene);
     Ok(scene)
 }
 

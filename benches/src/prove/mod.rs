@@ -143,17 +143,10 @@ pub const CLAIMS: &[Claim] = claims! {
 /// A figure and the limit that it must keep.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Check {
-    what: String,
-    figure: String,
+    /// What it is, the figure and the limit.
+    text: String,
     /// Whether the limit is kept.
     pub holds: bool,
-}
-
-impl fmt::Display for Check {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let failed = if self.holds { "" } else { "  FAILED" };
-        write!(f, "{}: {}{failed}", self.what, self.figure)
-    }
 }
 
 /// What a claim has shown so far. Numbers that are NaN keep no limit.
@@ -164,47 +157,40 @@ pub struct Proof {
 }
 
 impl Proof {
-    fn add(&mut self, what: impl fmt::Display, figure: String, holds: bool) {
-        let what = what.to_string();
-        self.checks.push(Check {
-            what,
-            figure,
-            holds,
-        });
+    fn add(&mut self, what: impl fmt::Display, figure: &str, holds: bool) {
+        let text = format!("{what}: {figure}");
+        self.checks.push(Check { text, holds });
     }
 
     /// `value <= limit`.
     pub fn below(&mut self, what: impl fmt::Display, value: f64, limit: f64) {
         let figure = format!("{} <= {}", short(value), short(limit));
-        self.add(what, figure, value <= limit);
+        self.add(what, &figure, value <= limit);
     }
 
     /// `value >= limit`.
     pub fn above(&mut self, what: impl fmt::Display, value: f64, limit: f64) {
         let figure = format!("{} >= {}", short(value), short(limit));
-        self.add(what, figure, value >= limit);
+        self.add(what, &figure, value >= limit);
     }
 
     /// `|value - expected| <= allowed`.
     pub fn within(&mut self, what: impl fmt::Display, value: f64, expected: f64, allowed: f64) {
-        let figure = format!(
-            "{} = {} within {}",
-            short(value),
-            short(expected),
-            short(allowed)
-        );
-        self.add(what, figure, (value - expected).abs() <= allowed);
+        let holds = (value - expected).abs() <= allowed;
+        let [value, known] = [value, expected].map(short);
+        let figure = format!("{value} = {known} within {}", short(allowed));
+        self.add(what, &figure, holds);
     }
 
     /// That something without a limit of its own is so.
     pub fn holds(&mut self, what: impl fmt::Display, holds: bool) {
-        self.add(what, if holds { "yes" } else { "no" }.to_owned(), holds);
+        self.add(what, if holds { "yes" } else { "no" }, holds);
     }
 
     /// That a study found nothing that breaks its limits, which it names itself.
     pub fn none(&mut self, what: impl fmt::Display, breaches: &[String]) {
         let figure = format!("{} broken limits {breaches:?}", breaches.len());
-        self.add(what, figure, breaches.is_empty());
+        self.add(what, &figure, breaches.is_empty());
     }
 }
 
@@ -244,8 +230,8 @@ impl fmt::Display for Outcome {
             "{} {verdict} in {seconds:.1} s: {}",
             self.claim.name, self.claim.about
         )?;
-        for check in &self.proof.checks {
-            writeln!(f, "    {check}")?;
+        for Check { text, holds } in &self.proof.checks {
+            writeln!(f, "    {text}{}", if *holds { "" } else { "  FAILED" })?;
         }
         Ok(())
     }
