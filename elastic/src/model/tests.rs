@@ -251,21 +251,17 @@ fn cut(block: &mut Block, keep: impl Fn(usize, usize) -> bool) -> Vec<u32> {
             continue;
         }
         touched.push(u32::try_from(i).expect("small"));
-        let mut moment = DMat3::ZERO;
-        for p in block.row(i) {
-            let x = block.offset(i, p);
-            moment += outer(x, x) * block.weights[p];
-        }
-        block.matrices[i] = truncated_inverse(moment);
-        if let Some(scale) = block.scales.get_mut(i) {
-            *scale = 0.0;
-        }
-        block.set_gradients_from_factors([i]);
+        rebuild(block, i);
     }
     touched
 }
 
-fn truncated_inverse(moment: DMat3) -> DMat3 {
+/// Gives a node whose weights changed the row of a truncated inverse, without multipliers.
+fn rebuild(block: &mut Block, node: usize) {
+    let moment = block.row(node).fold(DMat3::ZERO, |sum, p| {
+        let x = block.offset(node, p);
+        sum + outer(x, x) * block.weights[p]
+    });
     let (values, vectors) = crate::kernel::completion::symmetric_eigen(moment);
     let most = values.iter().fold(0.0_f64, |m, v| m.max(*v));
     let mut inverse = DMat3::ZERO;
@@ -274,7 +270,11 @@ fn truncated_inverse(moment: DMat3) -> DMat3 {
             inverse += outer(vector, vector) * value.recip();
         }
     }
-    inverse
+    block.matrices[node] = inverse;
+    if let Some(scale) = block.scales.get_mut(node) {
+        *scale = 0.0;
+    }
+    block.set_gradients_from_factors([node]);
 }
 
 /// A lattice cut so that its middle layer is a sheet, one line is left and one node is alone.

@@ -1,73 +1,49 @@
 //! A model of some of a body's nodes, in the body's frame, says of them what the body's says, bit for bit.
 
+use std::collections::BTreeSet;
+
 use super::*;
 use crate::WATCHED_NODES;
 
-/// A block's nodes of one run, two layers around them, and padding before.
-struct Cutout {
-    /// Numbers in the block; `None` for padding.
-    nodes: Vec<Option<usize>>,
-    /// Local number of the first node of the run.
-    first: usize,
-    /// Nodes of the second layer, whose rows are cut off.
-    outer: Vec<usize>,
-}
-
-fn cutout(block: &Block) -> Cutout {
-    let own = WATCHED_NODES..2 * WATCHED_NODES;
-    let round = |nodes: &[usize], known: &[usize]| {
-        let all = nodes.iter().flat_map(|&node| block.row(node));
-        let mut all: Vec<usize> = all.map(|pair| block.indices[pair] as usize).collect();
-        all.sort_unstable();
-        all.dedup();
-        all.retain(|node| !own.contains(node) && !known.contains(node));
-        all
-    };
-    let mine: Vec<usize> = own.clone().collect();
-    let inner = round(&mine, &[]);
-    let outer = round(&inner, &inner);
-    let mut all = [mine, inner, outer.clone()].concat();
-    all.sort_unstable();
-    let below = all.partition_point(|&node| node < own.start);
-    let padding = below.next_multiple_of(WATCHED_NODES) - below;
-    let nodes = std::iter::repeat_n(None, padding).chain(all.into_iter().map(Some));
-    Cutout {
-        nodes: nodes.collect(),
-        first: padding + below,
-        outer,
+/// The nodes of a block's first run and two layers around them, ascending, and those of the second layer, whose rows are
+/// cut off.
+fn cutout(block: &Block) -> (Vec<usize>, Vec<usize>) {
+    let mut nodes: Vec<usize> = (0..WATCHED_NODES).collect();
+    let mut outer = Vec::new();
+    for _ in 0..2 {
+        let around = nodes.iter().flat_map(|&node| block.row(node));
+        let around: BTreeSet<usize> = around.map(|pair| block.indices[pair] as usize).collect();
+        outer = around
+            .into_iter()
+            .filter(|at| !nodes.contains(at))
+            .collect();
+        nodes.extend_from_slice(&outer);
     }
+    nodes.sort_unstable();
+    (nodes, outer)
 }
 
-/// Takes a body and its block to the model of the cutout.
-fn part(block: &Block, whole: &Elastic, cutout: &Cutout, material: Material) -> Elastic {
-    let local = |node: u32| {
-        let mut nodes = cutout.nodes.iter();
-        let found = nodes.position(|at| *at == Some(node as usize));
-        found.and_then(|at| u32::try_from(at).ok())
-    };
+/// The model of a cutout, in the frame of the whole.
+fn part(block: &Block, whole: &Elastic, (nodes, outer): &(Vec<usize>, Vec<usize>)) -> Elastic {
     let (mut offsets, mut indices, mut weights) = (vec![0_u32], Vec::new(), Vec::new());
-    for node in &cutout.nodes {
-        for pair in node.iter().flat_map(|&node| block.row(node)) {
-            if let Some(other) = local(block.indices[pair]) {
-                indices.push(other);
+    let id = |at: usize| u32::try_from(at).expect("a small block");
+    for &node in nodes {
+        for pair in block.row(node) {
+            if let Ok(other) = nodes.binary_search(&(block.indices[pair] as usize)) {
+                indices.push(id(other));
                 weights.push(block.weights[pair]);
             }
         }
-        offsets.push(u32::try_from(indices.len()).expect("a small block"));
+        offsets.push(id(indices.len()));
     }
-    let sound = |node: &usize| !cutout.outer.contains(node);
-    let each = |node: &Option<usize>| node.filter(sound);
-    let matrix = |node: &Option<usize>| each(node).map_or(DMat3::ZERO, |at| block.matrices[at]);
-    let scale = |node: &Option<usize>| each(node).map_or(0.0, |at| block.scales[at]);
-    let multiplier = |node: &Option<usize>| node.map_or(DVec3::ZERO, |at| block.multipliers[at]);
-    let of = |list: &dyn Fn(&Option<usize>) -> DVec3| cutout.nodes.iter().map(list).collect();
-    let rest: Vec<DVec3> = of(&|node| node.map_or(DVec3::ZERO, |at| block.positions[at]));
-    let volumes: Vec<f64> = (cutout.nodes.iter())
-        .map(|node| node.map_or(1.0, |at| block.volumes[at]))
-        .collect();
-    let matrices: Vec<DMat3> = cutout.nodes.iter().map(matrix).collect();
-    let scales: Vec<f64> = cutout.nodes.iter().map(scale).collect();
-    let multipliers: Vec<DVec3> = of(&multiplier);
+    let each = |list: &[DVec3]| -> Vec<DVec3> { nodes.iter().map(|&at| list[at]).collect() };
+    let volumes: Vec<f64> = nodes.iter().map(|&at| block.volumes[at]).collect();
+    let rows = nodes.iter().map(|at| match outer.contains(at) {
+        true => (DMat3::ZERO, 0.0),
+        false => (block.matrices[*at], block.scales[*at]),
+    });
+    let (matrices, scales): (Vec<DMat3>, Vec<f64>) = rows.unzip();
+    let (rest, multipliers) = (each(&block.positions), each(&block.multipliers));
     let stencils = Stencils {
         offsets: &offsets,
         indices: &indices,
@@ -76,11 +52,13 @@ fn part(block: &Block, whole: &Elastic, cutout: &Cutout, material: Material) -> 
         scales: &scales,
         multipliers: &multipliers,
     };
+    let (nodes, material) = (Nodes::new(&rest, &volumes), *whole.material(0));
+    let materials = Materials::Uniform(material);
     Elastic::in_frame(
         &whole.frame(),
         &stencils,
-        &Nodes::new(&rest, &volumes),
-        &Materials::Uniform(material),
+        &nodes,
+        &materials,
         whole.settings(),
     )
     .expect("rows are valid or empty")
@@ -90,21 +68,21 @@ fn part(block: &Block, whole: &Elastic, cutout: &Cutout, material: Material) -> 
 fn a_part_in_the_frame_of_the_whole_has_its_bits() {
     let block = Block::new([12, 8, 8], DVec3::new(1.2, 0.8, 0.8), 0.2, 5);
     let cutout = cutout(&block);
-    assert!(cutout.outer.len() > 50 && cutout.nodes.len() < block.positions.len() + WATCHED_NODES);
-    let material = Material::stable_neo_hookean(1000.0, 0.4);
-
-    let mut whole = model(&block, material, 0.1);
-    let mut part = part(&block, &whole, &cutout, material);
+    let (nodes, outer) = &cutout;
+    assert!(outer.len() > 50 && nodes.len() < block.positions.len());
+    let mut whole = model(&block, Material::stable_neo_hookean(1000.0, 0.4), 0.1);
+    let mut part = part(&block, &whole, &cutout);
     let x = shaken(&block, 0.02, 3);
     let (_, forces) = evaluated(&mut whole, &x);
-    let place = |at: &Option<usize>| at.map_or(DVec3::ZERO, |at| x[at]);
-    let places: Vec<DVec3> = cutout.nodes.iter().map(place).collect();
+    let places: Vec<DVec3> = nodes.iter().map(|&at| x[at]).collect();
     let (_, found) = evaluated(&mut part, &places);
-    let (own, run) = (cutout.first, cutout.first / WATCHED_NODES);
-    let expected = &forces[WATCHED_NODES..2 * WATCHED_NODES];
-    assert_eq!(&found[own..own + WATCHED_NODES], expected, "the forces");
-    let energies = [part.run_energies()[run], whole.run_energies()[1]];
-    assert_eq!(energies[0].to_bits(), energies[1].to_bits(), "the forces");
+    assert_eq!(
+        found[..WATCHED_NODES],
+        forces[..WATCHED_NODES],
+        "the forces"
+    );
+    let energies = [part.run_energies()[0], whole.run_energies()[0]];
+    assert_eq!(energies[0].to_bits(), energies[1].to_bits(), "the energy");
 }
 
 #[test]
