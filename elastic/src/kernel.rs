@@ -1,6 +1,5 @@
 //! Rows of stencils and the passes over nodes and pairs.
 
-pub(crate) mod collect;
 pub(crate) mod completion;
 pub(crate) mod dilatation;
 pub(crate) mod fixed;

@@ -3,7 +3,7 @@
 //! `k_i = 2 tr M_i / (tr M_i + tr G_i M_i G_iᵀ)`, 1 at rest.
 //!
 //! Rows of nodes that slide along a crack alternately are an hourglass mode at its front, which gradients at nodes and
-//! the small control of `control.rs` hardly read: sliding cracks of 4 spacings were 18 % too soft. `M_i` is the mean of
+//! the small control of `model/control.rs` hardly read: sliding cracks of 4 spacings were 18 % too soft. `M_i` is the mean of
 //! `ν νᵀ` over the front's outward conormals in the rest state; turned along by `G_i`, it is objective. `k_i` keeps the control
 //! from growing with the square of the stretch, which no step's limit sees: with it at every update of `matrix`' blocks of
 //! 2 kPa (stretched fourfold) one of six rows had an energy-balance error of 5 to 14 % at beta 2, 2.5 and 3 without `k_i`, none at 1.5 and 2.5 with it.

@@ -2,11 +2,10 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::kernel::collect::gather;
 use crate::kernel::fixed::{Fixed, Table};
 use crate::kernel::gather::{Record, choose_arithmetic, received, records};
 use crate::kernel::inactive::Asleep;
-use crate::kernel::lanes::{Block, Laws};
+use crate::kernel::lanes::{Block, Laws, gather};
 use crate::kernel::mean;
 use crate::kernel::nodes::{Model, Scratch, State};
 use crate::kernel::planes::ZERO;
@@ -63,28 +62,19 @@ pub(crate) fn pass_one<const L: usize>(
         return result;
     }
     let moves = &scratch.moves[..];
-    let rest = Rest {
-        viscosity: viscosity.as_ref(),
-        prestrain,
-    };
-    let fixed = table.fixed;
-    let work = |chunk: usize, (outputs, seen): (Slots<'_, L>, Seen<'_>)| {
-        if skips(chosen, chunk) {
-            return;
+    let (viscosity, prestrain, fixed) = (viscosity.as_ref(), &*prestrain, table.fixed);
+    let work = |chunk: usize, outputs: Outputs<'_, L>| {
+        if !skips(chosen, chunk) {
+            model.arch.dispatch(Stresses {
+                model,
+                viscosity,
+                prestrain,
+                fixed,
+                moves,
+                first: chunk * CHUNK,
+                outputs,
+            });
         }
-        let ((records, deformation), forces) = outputs;
-        let ((sum, watch), asleep) = seen;
-        model.arch.dispatch(Stresses {
-            model,
-            rest,
-            fixed,
-            moves,
-            first: chunk * CHUNK,
-            outputs: (records, deformation, forces),
-            sum,
-            watch,
-            asleep,
-        });
     };
     let mut pass = || {
         let outputs = table
@@ -140,40 +130,25 @@ pub(crate) fn pass_two<const L: usize>(
     scratch.stale = Stale::default();
 }
 
-/// Records, deformation gradients and forces of a chunk.
-type Slots<'a, const L: usize> = (
-    (&'a mut [Sixteen<Record<L>>], &'a mut [Planes]),
-    &'a mut [DVec3],
-);
-
-/// A chunk's part of the energy, what is seen of it, and what of it sleeps.
-type Seen<'a> = ((&'a mut f64, &'a mut Watch), &'a mut Asleep);
-
-/// What stresses follow from besides deformation gradients.
-#[derive(Clone, Copy)]
-pub(crate) struct Rest<'a> {
-    pub(crate) viscosity: Option<&'a Viscosity>,
-    pub(crate) prestrain: &'a Prestrain,
-}
-
-/// What a chunk writes in pass one.
+/// What a chunk writes in pass one: records, deformation gradients and forces of its nodes; its part of the energy, what is
+/// seen of it, and what of it sleeps.
 type Outputs<'a, const L: usize> = (
-    &'a mut [Sixteen<Record<L>>],
-    &'a mut [Planes],
-    &'a mut [DVec3],
+    (
+        (&'a mut [Sixteen<Record<L>>], &'a mut [Planes]),
+        &'a mut [DVec3],
+    ),
+    ((&'a mut f64, &'a mut Watch), &'a mut Asleep),
 );
 
 /// Pass one for a chunk: gradients, stresses, records, and what a node's own row gives it.
 struct Stresses<'a, const L: usize> {
     model: &'a Model,
-    rest: Rest<'a>,
+    viscosity: Option<&'a Viscosity>,
+    prestrain: &'a Prestrain,
     fixed: Fixed<'a, L>,
     moves: &'a [Move],
     first: usize,
     outputs: Outputs<'a, L>,
-    sum: &'a mut f64,
-    watch: &'a mut Watch,
-    asleep: &'a mut Asleep,
 }
 
 choose_arithmetic!(Stresses);
@@ -182,15 +157,12 @@ impl<const L: usize> Stresses<'_, L> {
     #[inline(always)]
     fn run<A: Arithmetic>(self) {
         let (model, fixed) = (self.model, self.fixed);
-        let (all_records, all_deformation, all_forces) = self.outputs;
+        let (viscosity, prestrain) = (self.viscosity, self.prestrain);
+        let (((all_records, all_deformation), all_forces), seen) = self.outputs;
+        let ((all_energy, all_watch), asleep) = seen;
         let mut block = Block::<L>::new();
         let mut laws = Laws::new(model);
-        let Rest {
-            viscosity,
-            prestrain,
-        } = self.rest;
         let mut watching = Watching::new(model);
-        let asleep = self.asleep;
         let mut watch = asleep.watch;
         let mut energies = ZERO;
         let outputs = all_records
@@ -266,9 +238,8 @@ impl<const L: usize> Stresses<'_, L> {
                 asleep.add(at, singles.and(seen));
             }
         }
-        let watch = watching.worst(watch);
-        *self.sum += energies.iter().sum::<f64>();
-        *self.watch = watch;
+        *all_energy += energies.iter().sum::<f64>();
+        *all_watch = watching.worst(watch);
     }
 }
 

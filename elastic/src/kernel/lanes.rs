@@ -13,12 +13,12 @@
 
 use glam::DMat3;
 
-use crate::kernel::fixed::BlockConstants;
-use crate::kernel::gather::{ONE, Record, Sums};
+use crate::kernel::fixed::{BlockConstants, Fixed};
+use crate::kernel::gather::{ONE, Record, Sums, sums};
 use crate::kernel::nodes::Model;
 use crate::kernel::planes::{ZERO, add, product, subtract, weave};
 use crate::kernel::prestrain::Prestrain;
-use crate::kernel::storage::{BLOCK, Move, Plane, Planes, Sixteen};
+use crate::kernel::storage::{BLOCK, Move, Plane, Planes, Sixteen, at};
 use crate::law::arithmetic::Arithmetic;
 use crate::law::coefficients::{EXTENSION_VOLUME_RATIO, barrier, ln};
 
@@ -432,6 +432,26 @@ impl<const L: usize> Block<L> {
         let [x, y, z] = &self.force;
         [x[lane], y[lane], z[lane]]
     }
+}
+
+/// Sums of one node into a lane.
+#[inline(always)]
+pub(crate) fn gather<A: Arithmetic, const L: usize>(
+    model: &Model,
+    fixed: Fixed<'_, L>,
+    moves: &[Move],
+    node: usize,
+    lane: usize,
+    block: &mut Block<L>,
+) {
+    // Mean pressures reach nodes without strain, whose own row then counts.
+    let found: Sums<L> = if model.inactive.is_unstrained(node) && model.means.is_none() {
+        [[0.0; L]; 4]
+    } else {
+        let row = model.pairs.row(node);
+        sums::<A, L>(node, row, fixed.anchors, moves)
+    };
+    block.take(lane, &found, at(fixed.anchors, node), &moves[node]);
 }
 
 /// Replaces the matrix of a lane.

@@ -5,10 +5,9 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::kernel::collect::gather;
 use crate::kernel::fixed::{Fixed, Table};
 use crate::kernel::gather::{Record, choose_arithmetic};
-use crate::kernel::lanes::Block;
+use crate::kernel::lanes::{Block, gather};
 use crate::kernel::nodes::{Model, Scratch, State};
 use crate::kernel::prestrain::Prestrain;
 use crate::kernel::storage::{
@@ -62,25 +61,17 @@ pub(crate) fn stresses<const L: usize>(
         }
     });
     let mean = &pressures.means[..];
-    let pressure = (&mut pressures.pressures[..], CHUNK);
-    chunks(
-        parallel,
-        pressure,
-        (&mut *forces, CHUNK),
-        |chunk, pressures, _| {
-            for (node, p) in (chunk * CHUNK..).zip(pressures) {
-                let share = model.elastic_volumes[node] / model.volumes[node];
-                *p = share * means.law(model.material_index(node)).at(mean[node])[1];
-            }
-        },
-    );
+    let pressure = pressures.pressures.chunks_mut(CHUNK);
+    share_out(parallel, pressure, |chunk, pressures| {
+        for (node, p) in (chunk * CHUNK..).zip(pressures) {
+            let share = model.elastic_volumes[node] / model.volumes[node];
+            *p = share * means.law(model.material_index(node)).at(mean[node])[1];
+        }
+    });
     let (pressures, viscosity) = (&*pressures, state.viscosity.as_ref());
     let energies = &mut scratch.partial[..];
-    let outputs = table
-        .records
-        .chunks_mut(CHUNK / BLOCK)
-        .zip(forces.chunks_mut(CHUNK))
-        .zip(energies);
+    let records = table.records.chunks_mut(CHUNK / BLOCK);
+    let outputs = records.zip(forces.chunks_mut(CHUNK)).zip(energies);
     share_out(parallel, outputs, |chunk, ((records, forces), sum)| {
         let stress = |node: usize, h: DMat3| {
             let f = deformation(model, prestrain, node, h);
@@ -127,37 +118,25 @@ pub(crate) fn changes<const L: usize>(
         moves,
     };
     let deformation = &table.deformation[..];
-    chunks(
-        parallel,
-        (&mut *ratios, CHUNK),
-        (&mut *own, CHUNK),
-        |chunk, ratios, _| {
-            let mut outputs = ratios.iter_mut();
-            work.each(chunk * CHUNK, outputs.len(), |node, dh| {
-                if let Some(ratio) = outputs.next() {
-                    let f = gradient(deformation, node);
-                    let dh = prestrain.factor(node).map_or(dh, |factor| dh * factor);
-                    *ratio = double_dot(cofactor(f), model.deformation_change(node, f, dh));
-                }
-            });
-        },
-    );
-    let ratios = &ratios[..];
-    chunks(
-        parallel,
-        (&mut *slopes, CHUNK),
-        (&mut *own, CHUNK),
-        |chunk, slopes, _| {
-            for (node, slope) in (chunk * CHUNK..).zip(slopes) {
-                let volume = model.volumes[node];
-                let dj = ratios[node] + means.spread(&model.pairs, node, ratios) / volume;
-                let [_, _, u2] = means
-                    .law(model.material_index(node))
-                    .at(pressures.means[node]);
-                *slope = model.elastic_volumes[node] / volume * u2 * dj;
+    share_out(parallel, ratios.chunks_mut(CHUNK), |chunk, ratios| {
+        let mut outputs = ratios.iter_mut();
+        work.each(chunk * CHUNK, outputs.len(), |node, dh| {
+            if let Some(ratio) = outputs.next() {
+                let f = gradient(deformation, node);
+                let dh = prestrain.factor(node).map_or(dh, |factor| dh * factor);
+                *ratio = double_dot(cofactor(f), model.deformation_change(node, f, dh));
             }
-        },
-    );
+        });
+    });
+    let ratios = &ratios[..];
+    share_out(parallel, slopes.chunks_mut(CHUNK), |chunk, slopes| {
+        for (node, slope) in (chunk * CHUNK..).zip(slopes) {
+            let (volume, law) = (model.volumes[node], means.law(model.material_index(node)));
+            let dj = ratios[node] + means.spread(&model.pairs, node, ratios) / volume;
+            let [_, _, u2] = law.at(pressures.means[node]);
+            *slope = model.elastic_volumes[node] / volume * u2 * dj;
+        }
+    });
     let slopes = &slopes[..];
     let viscosity = state.viscosity.as_ref();
     let outputs = (&mut *table.records, CHUNK / BLOCK);

@@ -53,12 +53,8 @@ pub(crate) const PARALLEL_NODES: usize = 1024;
 /// Copies those of all nodes.
 pub(crate) fn copy_gradients(parallel: bool, stored: &[Planes], to: &mut [DMat3]) {
     share_out(parallel, to.chunks_mut(COPY_CHUNK), |chunk, to| {
-        let blocks = to.chunks_mut(BLOCK);
-        for (planes, nodes) in stored[chunk * (COPY_CHUNK / BLOCK)..].iter().zip(blocks) {
-            for (lane, f) in nodes.iter_mut().enumerate() {
-                let row = |r: usize| DVec3::from_array([0, 1, 2].map(|c| planes[3 * r + c][lane]));
-                *f = DMat3::from_cols(row(0), row(1), row(2)).transpose();
-            }
+        for (node, to) in (chunk * COPY_CHUNK..).zip(to) {
+            *to = gradient(stored, node);
         }
     });
 }

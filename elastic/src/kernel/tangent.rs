@@ -2,12 +2,11 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::kernel::collect::gather;
 use crate::kernel::fixed::{Fixed, Lane, Table};
 use crate::kernel::forces::{Received, receive};
 use crate::kernel::gather::{Record, choose_arithmetic};
 use crate::kernel::inactive::Asleep;
-use crate::kernel::lanes::{Block, Laws};
+use crate::kernel::lanes::{Block, Laws, gather};
 use crate::kernel::mean;
 use crate::kernel::nodes::{Model, Scratch, State};
 use crate::kernel::storage::{

@@ -1,19 +1,24 @@
-//! Hourglass stabilization of a model's nodes.
+//! Hourglass stabilization: `E = 1/2 sum_i c_i sum_j w_ij |u_ij - H_i X_ij|²` with the least-squares gradient `H_i`
+//! and `c_i = s_i alpha mu_i V_i / sum_j w_ij |X_ij|²`. The scale `s_i` is 1 until a cut touches the node.
 
-use glam::DVec3;
+use std::collections::BTreeMap;
+
+use glam::{DMat3, DVec3};
 
 use super::Elastic;
-use crate::cut::control::energy_of;
+use crate::kernel::fixed::Tables;
+use crate::kernel::nodes::Model;
 use crate::kernel::row::refresh_control;
+use crate::law::tensor::outer;
 
 impl Elastic {
     /// Energy (J) that the hourglass stabilization of `nodes` holds at `positions` (m).
     pub(crate) fn control_energy(&self, nodes: &[u32], positions: &[DVec3]) -> f64 {
-        assert_eq!(positions.len(), self.node_count(), "one position per node");
         self.control_energies(nodes, positions).iter().sum()
     }
 
     fn control_energies(&self, nodes: &[u32], positions: &[DVec3]) -> Vec<f64> {
+        assert_eq!(positions.len(), self.node_count(), "one position per node");
         let (model, tables) = (&self.model, &self.tables);
         let energy = |&node: &u32| energy_of(model, tables, node as usize, positions);
         nodes.iter().map(energy).collect()
@@ -34,7 +39,6 @@ impl Elastic {
         most: f64,
         positions: &[DVec3],
     ) {
-        assert_eq!(positions.len(), self.node_count(), "one position per node");
         if !self.model.controlled() {
             return;
         }
@@ -75,16 +79,13 @@ impl Elastic {
 
     /// Restores them: all others are 1.
     pub(crate) fn set_control_scales(&mut self, scales: &[(u32, f64)]) {
-        let mut all: Vec<(u32, f64)> = self.control_scales();
-        for (_, scale) in &mut all {
-            *scale = 1.0;
-        }
-        all.extend_from_slice(scales);
-        // Of two entries of a node the later one counts.
-        all.reverse();
-        all.sort_by_key(|(node, _)| *node);
-        all.dedup_by_key(|(node, _)| *node);
-        self.change_control_scales(&all);
+        let known = self
+            .control_scales()
+            .into_iter()
+            .map(|(node, _)| (node, 1.0));
+        let mut all: BTreeMap<u32, f64> = known.collect();
+        all.extend(scales.iter().copied());
+        self.change_control_scales(&Vec::from_iter(all));
     }
 
     fn change_control_scales(&mut self, scales: &[(u32, f64)]) {
@@ -104,4 +105,25 @@ impl Elastic {
         let nodes: Vec<usize> = numbers.iter().map(|&node| node as usize).collect();
         refresh_control(model, &mut self.tables, &nodes);
     }
+}
+
+/// Energy (J) of one node's control.
+fn energy_of(model: &Model, tables: &Tables, node: usize, positions: &[DVec3]) -> f64 {
+    let control = tables.control(node);
+    if control == 0.0 {
+        return 0.0;
+    }
+    let displacement = |i: usize| positions[i] - model.rest[i];
+    let own = displacement(node);
+    let row = || tables.row(node, model.pairs.row(node));
+    let mut moved = DMat3::ZERO;
+    for (j, w, x, _) in row() {
+        moved += outer((displacement(j as usize) - own) * w, x);
+    }
+    let gradient = moved * tables.moment_inverse(node);
+    let left = row().map(|(j, w, x, _)| {
+        let leftover = displacement(j as usize) - own - gradient * x;
+        w * leftover.length_squared()
+    });
+    0.5 * control * left.sum::<f64>()
 }

@@ -72,12 +72,9 @@ impl Elastic {
 
     /// Restores what [`Elastic::fronts`] gave: all other nodes have no such control.
     pub(crate) fn restore_fronts(&mut self, fronts: &[(u32, DMat3)]) {
-        let mut nodes: Vec<u32> = self.cut.fronts.nodes().collect();
-        let mut matrices = vec![DMat3::ZERO; nodes.len()];
-        for &(node, matrix) in fronts {
-            nodes.push(node);
-            matrices.push(matrix);
-        }
+        let known: Vec<u32> = self.cut.fronts.nodes().collect();
+        self.set_fronts(&known, &vec![DMat3::ZERO; known.len()]);
+        let (nodes, matrices): (Vec<u32>, Vec<DMat3>) = fronts.iter().copied().unzip();
         self.set_fronts(&nodes, &matrices);
     }
 
