@@ -289,55 +289,57 @@ impl<'de> serde::Deserialize<'de> for MaterialSettings {
 mod tests {
     use super::*;
 
+    /// Each key is the constructor's part of the material.
     #[test]
-    fn every_model_has_the_moduli_asked() {
-        let models = [
-            Model::StableNeoHookean,
-            Model::NeoHookean,
-            Model::SaintVenantKirchhoff,
-            Model::MooneyRivlin { share: 0.3 },
-        ];
-        for model in models {
-            let settings = MaterialSettings {
+    fn every_model_is_the_law_of_its_name_with_the_moduli_asked() {
+        let stable = Material::stable_neo_hookean(3.0e3, 0.4);
+        for (model, law) in [
+            (
+                Model::StableNeoHookean,
+                stable.with_barrier(15.0 * stable.lame_mu()),
+            ),
+            (Model::NeoHookean, Material::neo_hookean(3.0e3, 0.4)),
+            (
+                Model::SaintVenantKirchhoff,
+                Material::saint_venant_kirchhoff(3.0e3, 0.4),
+            ),
+            (
+                Model::MooneyRivlin { share: 0.3 },
+                Material::mooney_rivlin(3.0e3, 0.4, 0.3),
+            ),
+        ] {
+            let mut settings = MaterialSettings {
                 model,
                 youngs_modulus: 3.0e3,
                 poissons_ratio: 0.4,
-                ..MaterialSettings::default()
+                ..MaterialSettings::of(Preset::Fat)
             };
-            let law = settings.law();
+            assert!((settings.density - 950.0).abs() < 1e-12, "that of fat");
+            assert_eq!(settings.law(), law, "{model:?}");
             let (mu, lambda) = (law.lame_mu(), law.lame_lambda());
             let modulus = mu * (3.0 * lambda + 2.0 * mu) / (lambda + mu);
             assert!((modulus - 3.0e3).abs() < 1e-9, "{model:?}: {modulus} Pa");
             let ratio = lambda / (2.0 * (lambda + mu));
             assert!((ratio - 0.4).abs() < 1e-12, "{model:?}: {ratio}");
-            law.validate(0).expect("a valid material");
-        }
-    }
-
-    #[test]
-    fn what_is_beside_the_model_is_in_the_law() {
-        let term = PronyTerm {
-            ratio: 0.5,
-            relaxation_time: 0.2,
-        };
-        let settings = MaterialSettings {
-            fiber: Some(Fiber {
+            let fiber = Fiber {
                 direction: glam::DVec3::new(0.0, 3.0, 4.0),
                 stiffness: 100.0,
                 exponent: 2.0,
                 dispersion: 0.1,
-            }),
-            viscosity: vec![term],
-            volume_constant: 7.0,
-            ..MaterialSettings::of(Preset::Fat)
-        };
-        let law = settings.law();
-        law.validate(0).expect("a valid material");
-        let fiber = law.fiber.expect("fibres");
-        assert!((fiber.direction.length() - 1.0).abs() < 1e-15, "unit");
-        assert_eq!((law.prony[0], law.prony[1]), (term, PronyTerm::NONE));
-        assert!((law.volume_constant - 7.0).abs() < 1e-15);
-        assert!((settings.density - 950.0).abs() < 1e-12, "that of fat");
+            };
+            let term = PronyTerm {
+                ratio: 0.5,
+                relaxation_time: 0.2,
+            };
+            settings.fiber = Some(fiber);
+            settings.viscosity = vec![term];
+            settings.volume_constant = 7.0;
+            let more = law.with_fiber(fiber).with_prony(&[term]);
+            assert_eq!(settings.law(), more.with_volume_constant(7.0));
+            settings.law().validate(0).expect("a valid material");
+            let unit = settings.law().fiber.expect("fibres").direction;
+            assert!((unit.length() - 1.0).abs() < 1e-15, "unit");
+        }
     }
 
     #[test]
