@@ -1,7 +1,5 @@
 //! Where the energy is, and where it came from.
 
-use std::fmt;
-
 use crate::error::Cause;
 use glam::DVec3;
 
@@ -143,8 +141,12 @@ pub struct RigidEnergies {
 }
 
 /// The balance is off by more than the settings allow; the motion continues.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[error(
+    "at {time:.4e} s the energy is {:+.1} % off; most kinetic energy is at node {node}: {cause}",
+    1e2 * .relative
+)]
 #[non_exhaustive]
 pub struct Warning {
     /// Time (s).
@@ -155,18 +157,6 @@ pub struct Warning {
     pub relative: f64,
     /// Likely cause.
     pub cause: Cause,
-}
-
-impl fmt::Display for Warning {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let percent = 1e2 * self.relative;
-        let (time, node) = (self.time, self.node);
-        write!(
-            f,
-            "at {time:.4e} s the energy is {percent:+.1} % off; most kinetic energy is at node {node}: {}",
-            self.cause
-        )
-    }
 }
 
 #[cfg(test)]

@@ -1,13 +1,12 @@
 //! Why a step failed, and what to do about it.
 
-use std::fmt;
-
 /// Likely cause of a motion that diverges.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Cause {
     /// The step is above the critical one that the caller stated.
+    #[error("the step of {step:.3e} s is above the critical {critical:.3e} s; take a smaller one")]
     StepTooLarge {
         /// Step taken (s).
         step: f64,
@@ -15,32 +14,19 @@ pub enum Cause {
         critical: f64,
     },
     /// Forces from outside (contact) outweigh the internal ones at the node.
+    #[error("contact too stiff for the step; lower the penalty or the step")]
     ContactTooStiff,
     /// The force law gave a value that is not finite at finite positions.
+    #[error(
+        "the force law gave a value that is not finite (node inverted or torn off); \
+         take a smaller step or load"
+    )]
     BrokenForceLaw,
     /// None of these: the stiffness has probably risen since the step was chosen.
+    #[error(
+        "the body has become stiffer or gives way faster than the step follows; take a smaller one"
+    )]
     StiffnessRose,
-}
-
-impl fmt::Display for Cause {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::StepTooLarge { step, critical } => write!(
-                f,
-                "the step of {step:.3e} s is above the critical {critical:.3e} s; take a smaller one"
-            ),
-            Self::ContactTooStiff => {
-                f.write_str("contact too stiff for the step; lower the penalty or the step")
-            }
-            Self::BrokenForceLaw => f.write_str(
-                "the force law gave a value that is not finite (node inverted or torn off); \
-                 take a smaller step or load",
-            ),
-            Self::StiffnessRose => f.write_str(
-                "the body has become stiffer or gives way faster than the step follows; take a smaller one",
-            ),
-        }
-    }
 }
 
 /// Why an explicit step was refused or stopped. The state holds no NaN afterwards, but do not

@@ -12,6 +12,7 @@ use crate::newton::{Newton, NewtonReport, NewtonSettings, Problem, SolveError};
 use crate::pieces::{RigidField, all};
 use crate::tool::RigidTool;
 use crate::vector::{add_scaled, dot};
+use crate::watch::LARGEST_BALANCE;
 use glam::{DMat3, DVec3};
 use scheme::Scheme;
 
@@ -179,9 +180,8 @@ impl Implicit {
     /// Where pieces are free ([`Motion::set_pieces`]), damping acts after that, relative to their rigid motion, as in
     /// explicit steps.
     ///
-    /// A part of the step that Newton does not solve, or that gains more than
-    /// [`MotionSettings::warn_balance`](crate::MotionSettings::warn_balance) of the energy there is, is halved, down to
-    /// 1/256 of the step. Driven nodes are at their paths' positions at the end of each part.
+    /// A part of the step that Newton does not solve, or that gains more than 5 % of the energy there is, is halved, down
+    /// to 1/256 of the step. Driven nodes are at their paths' positions at the end of each part.
     ///
     /// Tools go to where their paths are at the end and adopt the contact's forces there; friction acts with the
     /// limits of the step before, see [`Pressed`].
@@ -288,7 +288,7 @@ impl Implicit {
         let before = motion.state.audit;
         let gained = before.numerical - audit.numerical;
         let there = audit.kinetic.max(before.kinetic) + audit.elastic.max(before.elastic);
-        if !attempt.smallest && gained > motion.settings.warn_balance * there {
+        if !attempt.smallest && gained > LARGEST_BALANCE * there {
             let (relative, node) = (gained / there, 0);
             return Err(SolveError::NoDescent { relative, node });
         }

@@ -34,23 +34,16 @@ pub struct MotionSettings {
     pub viscosity: f64,
     /// Acceleration of all nodes (m/s²).
     pub gravity: DVec3,
-    /// Relative energy balance above which a warning is kept.
-    pub warn_balance: f64,
-    /// A kinetic energy above this multiple of all energy that ever went in is a divergence. A stable
-    /// step near the critical one swings by some ten times in the highest mode.
-    pub growth_limit: f64,
 }
 
 impl Default for MotionSettings {
-    /// Velocity Verlet without damping, viscosity and gravity; a warning at 5 %, a divergence at 100 times.
+    /// Velocity Verlet without damping, viscosity and gravity.
     fn default() -> Self {
         Self {
             scheme: ExplicitScheme::VelocityVerlet,
             damping: 0.0,
             viscosity: 0.0,
             gravity: DVec3::ZERO,
-            warn_balance: 0.05,
-            growth_limit: 100.0,
         }
     }
 }
@@ -195,18 +188,9 @@ impl Motion {
             }
         }
         finite(positions, "position")?;
-        let named = [
-            ("damping", settings.damping),
-            ("viscosity", settings.viscosity),
-            ("gravity", settings.gravity.length()),
-            ("warn_balance", settings.warn_balance),
-            ("growth_limit", settings.growth_limit),
-        ];
-        for (name, value) in named {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(MotionError::BadSetting { name, value });
-            }
-        }
+        not_negative("damping", settings.damping)?;
+        not_negative("viscosity", settings.viscosity)?;
+        not_negative("gravity", settings.gravity.length())?;
         let low = positions.iter().copied().reduce(DVec3::min);
         let high = positions.iter().copied().reduce(DVec3::max);
         let size = low
@@ -319,12 +303,7 @@ impl Motion {
     /// # Errors
     /// [`MotionError::BadSetting`] if it is negative or not finite.
     pub fn set_damping(&mut self, damping: f64) -> Result<(), MotionError> {
-        if !(damping.is_finite() && damping >= 0.0) {
-            return Err(MotionError::BadSetting {
-                name: "damping",
-                value: damping,
-            });
-        }
+        not_negative("damping", damping)?;
         self.settings.damping = damping;
         Ok(())
     }
@@ -334,12 +313,7 @@ impl Motion {
     /// # Errors
     /// [`MotionError::BadSetting`] if it is negative or not finite.
     pub fn set_viscosity(&mut self, viscosity: f64) -> Result<(), MotionError> {
-        if !(viscosity.is_finite() && viscosity >= 0.0) {
-            return Err(MotionError::BadSetting {
-                name: "viscosity",
-                value: viscosity,
-            });
-        }
+        not_negative("viscosity", viscosity)?;
         self.settings.viscosity = viscosity;
         Ok(())
     }
@@ -556,6 +530,13 @@ impl Motion {
             }
         }
         force
+    }
+}
+
+fn not_negative(name: &'static str, value: f64) -> Result<(), MotionError> {
+    match value.is_finite() && value >= 0.0 {
+        true => Ok(()),
+        false => Err(MotionError::BadSetting { name, value }),
     }
 }
 
