@@ -1,7 +1,7 @@
 use super::{Audit, RigidEnergies};
 use crate::motion::{ExplicitScheme, Motion, MotionSettings};
 use crate::supports::BoundaryConditions;
-use crate::testing::{Chain, damped, free, nothing, one_node, oscillator, pulled};
+use crate::testing::{Chain, damped, one_node, oscillator, pulled};
 use crate::trajectory::Trajectory;
 use crate::view::StepView;
 use glam::DVec3;
@@ -16,32 +16,6 @@ const STILL: [RigidEnergies; 2] = [RigidEnergies {
     kinetic: 0.0,
     lag: 0.0,
 }; 2];
-
-#[test]
-fn verlet_balances_energy_exactly_at_equal_phase_and_within_bounds_between() {
-    let chain = Chain::new(20, 50.0, 0.1);
-    let mut motion = free(&chain.shaken(0.1, 1), &chain.masses);
-    let critical = 2.0 / (4.0 * 50.0 / 0.1_f64).sqrt();
-    for _ in 0..2000 {
-        let law = |x: &[DVec3], f: &mut [DVec3]| chain.forces(x, f);
-        motion.step(0.5 * critical, law).unwrap();
-        let audit = motion.audit();
-        // The swing of a mode is at most (omega dt)^2/4 / (1 - (omega dt)^2/4) of its energy.
-        let off = audit.energy_error().abs();
-        assert!(off < 0.34 * audit.initial, "{audit:?}");
-    }
-}
-
-#[test]
-fn gravity_work_is_exact_in_free_fall() {
-    let settings = pulled(DVec3::new(0.0, 0.0, -9.81));
-    let mut motion = one_node(settings);
-    motion.advance_to(1.0, 0.013, nothing).unwrap();
-    let (z, audit) = (motion.positions()[0].z, motion.audit());
-    assert!((z + 0.5 * 9.81).abs() < 1e-13, "parabola");
-    assert!(audit.energy_error().abs() < 1e-12, "{audit:?}");
-    assert!((audit.load_work - 0.5 * 9.81 * 9.81).abs() < 1e-11, "work");
-}
 
 #[test]
 fn driven_end_of_a_chain_balances_work() {

@@ -74,6 +74,9 @@ fn a_changed_step_keeps_the_scheme() {
     let (t, z) = (motion.time(), motion.positions()[0].z);
     assert!((z + 0.5 * t * t).abs() < 1e-15, "parabola");
     assert!((motion.velocities()[0].z + t).abs() < 1e-15, "velocity");
+    let audit = motion.audit();
+    assert!(audit.energy_error().abs() < 1e-15, "{audit:?}");
+    assert!((audit.load_work - 0.5 * t * t).abs() < 1e-15, "work");
 }
 
 #[test]
@@ -124,27 +127,6 @@ fn blow_up_lies_at_the_critical_step_and_names_it() {
 }
 
 #[test]
-fn a_broken_force_law_is_caught_before_the_state_is() {
-    let mut motion = one_node(MotionSettings::default());
-    let mut calls = 0;
-    let law = |x: &[DVec3], f: &mut [DVec3]| {
-        calls += 1;
-        let energy = oscillator(x, f);
-        if calls > 3 {
-            f[0].y = f64::NAN;
-        }
-        energy
-    };
-    let error = motion.advance_to(1.0, 0.1, law).unwrap_err();
-    let cause = Cause::BrokenForceLaw;
-    assert_matches!(error, StepError::ForceNotFinite { node: 0, cause: c, .. } if *c == cause);
-    let (x, v) = (motion.positions()[0], motion.velocities()[0]);
-    assert!(x.is_finite() && v.is_finite(), "state");
-    let bad = motion.step(0.0, oscillator);
-    assert_eq!(bad, Err(StepError::BadStep { step: 0.0 }), "step");
-}
-
-#[test]
 fn stiff_applied_forces_are_named() {
     let mut motion = one_node(MotionSettings::default());
     let spring = &mut |view: &StepView<'_>, f: &mut [DVec3]| f[0] -= view.positions[0] * 1e6;
@@ -157,19 +139,16 @@ fn stiff_applied_forces_are_named() {
 
 #[test]
 fn warning_names_the_node_once() {
-    let mut motion = one_node(MotionSettings {
-        warn_balance: 1e-9,
-        ..MotionSettings::default()
-    });
+    let mut motion = one_node(MotionSettings::default());
+    // States less energy than its forces have.
+    let law = |x: &[DVec3], f: &mut [DVec3]| 0.8 * oscillator(x, f);
     for _ in 0..30 {
-        motion.step(0.1, oscillator).unwrap();
+        motion.step(0.02, law).unwrap();
     }
     let warning = motion.take_warning().unwrap();
     assert_eq!(warning.node, 0, "node");
-    assert!(
-        warning.relative.abs() > 1e-9 && warning.time > 0.0,
-        "{warning:?}"
-    );
+    let said = warning.relative > 0.05 && warning.time > 0.0;
+    assert!(said, "{warning:?}");
     let text = warning.to_string();
     assert!(text.contains("is at node 0: "), "{text}");
 }
@@ -196,7 +175,8 @@ fn restored_to_the_same_bits() {
         viscosity: 1e-3,
         ..MotionSettings::default()
     };
-    let mut whole = Motion::new(&rest, &[0.5; 12], BoundaryConditions::free(12), settings).unwrap();
+    let supports = BoundaryConditions::fixed(12, &[2]);
+    let mut whole = Motion::new(&rest, &[0.5; 12], supports, settings).unwrap();
     whole.set_velocities(&uniform(12, 1.0, 4)).unwrap();
     let advance = |motion: &mut Motion, end: f64| {
         let law = |x: &[DVec3], f: &mut [DVec3]| network.forces(x, f);
@@ -204,6 +184,9 @@ fn restored_to_the_same_bits() {
     };
     advance(&mut whole, 0.4);
     let kept = whole.state().clone();
+    // By a file, too.
+    #[cfg(feature = "serde")]
+    let kept = ron::from_str(&ron::to_string(&kept).unwrap()).unwrap();
     let mut other = whole.clone();
     advance(&mut whole, 1.0);
     advance(&mut other, 0.8);
@@ -325,28 +308,6 @@ proptest! {
         prop_assert_eq!(motion.positions()[node as usize], rest[node as usize]);
         prop_assert_eq!(motion.velocities()[node as usize], DVec3::ZERO);
     }
-}
-
-#[cfg(feature = "serde")]
-#[test]
-fn a_written_state_continues_to_the_same_bits() {
-    let rest = uniform(9, 1.0, 3);
-    let network = Network::complete(&rest, 20.0);
-    let settings = crate::testing::damped(0.1);
-    let supports = BoundaryConditions::fixed(9, &[2]);
-    let mut motion = Motion::new(&rest, &[0.5; 9], supports, settings).unwrap();
-    let mut other = motion.clone();
-    motion.set_velocities(&uniform(9, 1.0, 4)).unwrap();
-    let mut law = |x: &[DVec3], f: &mut [DVec3]| network.forces(x, f);
-    for _ in 0..7 {
-        motion.step(0.013, &mut law).unwrap();
-    }
-    let text = ron::to_string(motion.state()).unwrap();
-    other.restore(ron::from_str(&text).unwrap());
-    assert_eq!(other.state(), motion.state(), "read back");
-    motion.advance_to(1.0, 0.013, &mut law).unwrap();
-    other.advance_to(1.0, 0.013, &mut law).unwrap();
-    assert_eq!(other.state(), motion.state(), "continued");
 }
 
 #[test]

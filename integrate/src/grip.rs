@@ -176,10 +176,7 @@ mod tests {
                 })
                 .unwrap();
             let sum = on_nodes + grip.force();
-            assert!(
-                sum.length() <= 1e-12 * on_nodes.length(),
-                "{sum} N left over"
-            );
+            assert!(sum.length() <= 1e-12 * on_nodes.length(), "{sum} N");
             largest = largest.max(grip.force().length());
         }
         for (node, from) in positions[..2].iter().enumerate() {

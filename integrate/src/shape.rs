@@ -378,36 +378,6 @@ mod tests {
         }
     }
 
-    #[test]
-    fn distances_of_known_points() {
-        let pose = Pose::at(DVec3::Z);
-        let value = |shape: RigidShape, x: DVec3| shape.placed(&pose).value(x);
-        let close = |a: f64, b: f64| (a - b).abs() < 1e-15;
-        assert!(close(value(SHAPES[0], DVec3::Z * 3.0), 1.3), "sphere");
-        assert!(
-            close(value(SHAPES[1], DVec3::new(5.0, 1.0, 0.5)), -0.5),
-            "plane"
-        );
-        assert!(
-            close(value(SHAPES[2], DVec3::new(1.0, 0.0, 1.2)), 0.7),
-            "capsule's side"
-        );
-        assert!(
-            close(value(SHAPES[2], DVec3::Z * 2.0), 0.1),
-            "capsule's end"
-        );
-        assert!(
-            close(value(SHAPES[3], DVec3::new(0.0, 0.7, 1.0)), -0.1),
-            "inside box"
-        );
-        let corner = DVec3::new(0.5, 0.8, 1.3) + DVec3::ONE;
-        assert!(
-            close(value(SHAPES[3], corner), 3.0_f64.sqrt()),
-            "box's corner"
-        );
-        assert!(value(SHAPES[0], DVec3::Z) < 0.0, "centre");
-    }
-
     /// Points lie as far from a shape as its words say.
     #[test]
     fn distances_are_those_of_the_shape_described() {
@@ -437,15 +407,22 @@ mod tests {
                 at(0.0, 3.0, 0.0),
                 1.0,
             ),
+            (SHAPES[0], DVec3::ZERO, -0.7),
+            (SHAPES[2], at(0.0, 0.0, 1.0), 0.1),
+            (SHAPES[3], at(0.0, 0.7, 0.0), -0.1),
+            (SHAPES[3], at(1.5, 1.8, 1.3), 3.0_f64.sqrt()),
         ];
+        let value = |shape: &RigidShape, point: DVec3| {
+            let pose = Pose::at(DVec3::Z);
+            shape.placed(&pose).value(point + DVec3::Z)
+        };
         for (shape, point, distance) in cases {
-            let found = shape.placed(&Pose::IDENTITY).value(point);
+            let found = value(&shape, point);
             assert!((found - distance).abs() < 1e-12, "{shape:?}: {found} m");
-            let twice = shape.scaled(2.0);
-            let found = twice.placed(&Pose::IDENTITY).value(2.0 * point);
+            let found = value(&shape.scaled(2.0), 2.0 * point);
             assert!((found - 2.0 * distance).abs() < 1e-12, "{shape:?} doubled");
             if let Some([min, max]) = shape.bounds() {
-                let corner = shape.placed(&Pose::IDENTITY).value(max + 1e-9);
+                let corner = value(&shape, max + 1e-9);
                 assert!(corner > 0.0 && min.cmplt(max).all(), "{shape:?}");
             }
         }

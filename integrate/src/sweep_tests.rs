@@ -6,7 +6,7 @@
 use glam::DVec3;
 use testkit::cloud::uniform;
 
-use crate::{BoundaryConditions, ExplicitScheme, Motion, MotionSettings};
+use crate::{BoundaryConditions, Cause, ExplicitScheme, Motion, MotionSettings, StepError};
 
 /// Blocks of full size and a remainder.
 const N: usize = 300;
@@ -177,9 +177,16 @@ fn a_force_that_is_not_finite_moves_nothing() {
             f[node].y = f64::INFINITY;
             energy
         });
-        let said = error.unwrap_err().to_string();
-        assert!(said.contains(&format!("node {node}")), "{said}");
+        let StepError::ForceNotFinite {
+            node: at, cause, ..
+        } = error.unwrap_err()
+        else {
+            panic!("node {node} is refused");
+        };
+        assert_eq!((at, cause), (node, Cause::BrokenForceLaw));
         let all = motion.positions().iter().chain(motion.velocities());
         assert!(all.clone().all(|v| v.is_finite()), "state stays finite");
+        let bad = motion.step(0.0, law);
+        assert_eq!(bad, Err(StepError::BadStep { step: 0.0 }), "step");
     }
 }

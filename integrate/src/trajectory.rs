@@ -185,18 +185,14 @@ mod tests {
         assert_eq!(path.rotation(0.0), still, "before");
         assert!(path.rotation(9.0).0.angle_between(tilted) < 1e-12, "after");
         let half = path.rotation(1.5).0;
-        assert!(
-            half.angle_between(DQuat::from_rotation_z(0.6)) < 1e-12,
-            "half way: {half}"
-        );
+        let off = half.angle_between(DQuat::from_rotation_z(0.6));
+        assert!(off < 1e-12, "half way: {half}");
         for time in [1.3, 2.4, 3.6] {
             let d = 1e-6;
             let (a, b) = (path.rotation(time - d).0, path.rotation(time + d).0);
             let rate = (b * a.inverse()).to_scaled_axis() / (2.0 * d);
-            assert!(
-                (rate - path.rotation(time).1).length() < 1e-6,
-                "rate at {time}: {rate}"
-            );
+            let off = rate - path.rotation(time).1;
+            assert!(off.length() < 1e-6, "rate at {time}: {rate}");
         }
     }
 
@@ -206,18 +202,17 @@ mod tests {
         let rotation = DQuat::from_axis_angle(DVec3::new(2.0, -1.0, 2.0) / 3.0, 2.9);
         let position = DVec3::new(0.1, 0.0, 2.0);
         let end = Pose { position, rotation };
-        let path = Trajectory::new(&[(1.0, Pose::IDENTITY), (3.0, end)], Ease::Linear).unwrap();
+        let keys = [(1.0, Pose::IDENTITY), (3.0, end)];
+        let paths = [Ease::Linear, Ease::Smooth].map(|ease| Trajectory::new(&keys, ease).unwrap());
         let places = [DVec3::ZERO, DVec3::new(0.4, -1.0, 7.0), DVec3::X * 3.0];
-        for time in [0.0, 1.0, 1.7, 2.9, 3.0, 4.0] {
+        let times = [0.0, 1.0, 1.7, 2.9, 3.0, 4.0].into_iter();
+        for (time, path) in times.flat_map(|time| paths.iter().map(move |path| (time, path))) {
             let now = places.map(|x| path.place(x, time));
             for k in 0..3 {
                 let (a, b) = (k, (k + 1) % 3);
                 let length = places[a].distance(places[b]);
                 let found = now[a].0.distance(now[b].0);
-                assert!(
-                    (found / length - 1.0).abs() < 1e-14,
-                    "{found} of {length} m"
-                );
+                assert!((found / length - 1.0).abs() < 1e-14, "{found}, {length}");
             }
             let inner = (1.1..2.95).contains(&time);
             for (x, (_, velocity)) in places.iter().zip(now).filter(|_| inner) {
@@ -226,7 +221,7 @@ mod tests {
             }
         }
         for x in places {
-            assert!((path.place(x, 5.0).0 - end.apply(x)).length() < 1e-14);
+            assert!((paths[0].place(x, 5.0).0 - end.apply(x)).length() < 1e-14);
         }
     }
 
@@ -255,15 +250,5 @@ mod tests {
         let line = Trajectory::translation(keys, Ease::Linear).unwrap();
         let (half, velocity) = (DVec3::Y * 0.25, DVec3::Y * 0.5);
         assert_eq!(line.displacement(0.5), (half, velocity), "line");
-    }
-
-    #[test]
-    fn velocity_is_the_slope_of_the_displacement() {
-        let path = Trajectory::ramp(0.0, 2.0, DVec3::new(1.0, -2.0, 0.5)).unwrap();
-        for time in [0.3, 0.9, 1.7] {
-            let at = |time| path.displacement(time);
-            let slope = (at(time + 1e-6).0 - at(time - 1e-6).0) / 2e-6;
-            assert!((slope - at(time).1).length() < 1e-8, "at {time}");
-        }
     }
 }

@@ -136,10 +136,8 @@ mod tests {
             let weights: Vec<f64> = (0..n).map(|i| 0.5 + i as f64).collect();
             let squares = a.iter().zip(&b).map(|(a, b)| (*a - *b).length_squared());
             let plain: f64 = weights.iter().zip(squares).map(|(w, s)| w * s).sum();
-            assert!(
-                close(weighted_squares(&weights, &a, &b), plain),
-                "{n} squares"
-            );
+            let squares = weighted_squares(&weights, &a, &b);
+            assert!(close(squares, plain), "{n} squares");
         }
         let (long, short) = ([DVec3::ONE; 9], [DVec3::ONE; 2]);
         assert!(close(dot_in_order(&long, &short), 6.0), "what both have");
