@@ -24,10 +24,8 @@ fn run_with(threads: usize, folder: &Path) -> Files {
 fn results(summary: &Summary, folder: &Path) -> Files {
     let cuts = summary.cuts.as_ref().expect("the scene cuts");
     assert!(cuts.severed_pairs > 50, "the blade severs: {cuts:?}");
-    assert!(
-        summary.bodies[0].energy.imbalance < 1e-2,
-        "the audit closes"
-    );
+    let unexplained = summary.bodies[0].energy.imbalance;
+    assert!(unexplained < 1e-2, "the audit closes");
     let freed = cuts.strokes.iter().map(|stroke| stroke.energy);
     let freed = freed.map(|energy| energy.released - energy.added - energy.decay);
     let (freed, whole) = (
@@ -122,10 +120,8 @@ fn a_resumed_run_writes_the_bits_of_a_run_in_one_go() {
         let folder = root.path().join(label);
         let stop = Interrupt::after(WHOLE.1 * part / 13);
         let outcome = run(&scene(), &stopping(&stop, 2, &folder));
-        assert!(
-            matches!(outcome, Err(RunError::Interrupted { .. })),
-            "{label}: {outcome:?}"
-        );
+        let stopped = matches!(outcome, Err(RunError::Interrupted { .. }));
+        assert!(stopped, "{label}: {outcome:?}");
         let (scene, state): (_, RunState) =
             read_checkpoint(&folder.join(CHECKPOINT), &[]).expect("it was written");
         let summary = resume(&scene, state, &RunOptions::quiet(&folder, 1)).expect("it continues");

@@ -93,15 +93,11 @@ fn each_part_adds_its_own_memory_and_no_other() {
         }
     }
     let damped = BARE.replace("Nodes(400))", "Nodes(400)), damping_ratio: 0.1");
-    assert_eq!(
-        changed(&bare, &play(&format!("{damped} gravity: None"))),
-        ["viscous damping"]
-    );
+    let with = play(&format!("{damped} gravity: None"));
+    assert_eq!(changed(&bare, &with), ["viscous damping"]);
     let heavy = "gravity: (acceleration: (0, 0, -9.81), ramp: 0)";
-    assert_eq!(
-        changed(&bare, &play(&format!("{BARE} {heavy}"))),
-        ["gravity"]
-    );
+    let with = play(&format!("{BARE} {heavy}"));
+    assert_eq!(changed(&bare, &with), ["gravity"]);
 }
 
 /// Keys that choose between models: what they change is the part they choose.
@@ -160,37 +156,24 @@ fn each_part_takes_its_own_memory_away_and_no_other() {
         play(&format!("{body} {}", rest.join(" ")))
     };
     let full = scene(inner, &all);
-    assert!(
-        full.bytes.iter().all(|(_, bytes)| *bytes > 0),
-        "{:?}",
-        full.bytes
-    );
-    for (part, k) in [("supports", 0), ("contact", 1), ("cuts", 2), ("gravity", 3)] {
-        let rest = all.map(|key| {
-            let gone = key == all[k];
-            if gone && k == 3 {
-                "gravity: None"
-            } else if gone {
-                ""
-            } else {
-                key
-            }
-        });
+    let taken = full.bytes.iter().all(|(_, bytes)| *bytes > 0);
+    assert!(taken, "{:?}", full.bytes);
+    let cuts = full.cut_calls;
+    // Without strain rebuilt rows have no offsets to keep.
+    for (k, parts, calls) in [
+        (0, &["supports"][..], (60, cuts)),
+        (1, &["contact"], (0, cuts)),
+        (2, &["cuts"], (60, 0)),
+        (3, &["gravity", "cuts"], (60, cuts)),
+    ] {
+        let mut rest = all;
+        rest[k] = if k == 3 { "gravity: None" } else { "" };
         let without = scene(inner, &rest);
-        // Without strain rebuilt rows have no offsets to keep.
-        let expected: &[&str] = if k == 3 {
-            &["gravity", "cuts"]
-        } else {
-            &[part]
-        };
-        assert_eq!(changed(&full, &without), expected);
-        let calls = (
-            if k == 1 { 0 } else { 60 },
-            if k == 2 { 0 } else { full.cut_calls },
-        );
-        assert_eq!((without.contact_calls, without.cut_calls), calls, "{part}");
-        let left = without.bytes.iter().find(|(name, _)| *name == part);
-        assert_eq!(left, Some(&(part, 0)));
+        assert_eq!(changed(&full, &without), parts);
+        let found = (without.contact_calls, without.cut_calls);
+        assert_eq!(found, calls, "{parts:?}");
+        let left = without.bytes.iter().find(|(name, _)| *name == parts[0]);
+        assert_eq!(left, Some(&(parts[0], 0)));
     }
     let calm = scene(&inner.replace(", damping_ratio: 0.1", ""), &all);
     assert_eq!(changed(&full, &calm), ["viscous damping"]);

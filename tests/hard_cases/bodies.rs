@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use phyxel::World;
-use testkit::cloud::BOX_FACES;
+use testkit::tol::assert_within;
 
 use super::stage::*;
 
@@ -69,14 +69,8 @@ fn nearly_incompressible_tissue_sags_and_keeps_its_volume() {
     };
     let (soft, changed) = hang("0.45");
     let (stiff, kept) = hang("0.499");
-    assert!(
-        stiff < soft && stiff > 0.6 * soft,
-        "sag {stiff} m at 0.499, {soft} m at 0.45"
-    );
-    assert!(
-        kept < 0.1 * changed,
-        "volume changes by {kept}, by {changed} at 0.45"
-    );
+    assert!(stiff < soft && stiff > 0.6 * soft, "{stiff}, {soft} m");
+    assert!(kept < 0.1 * changed, "volumes: {kept}, {changed} at 0.45");
 }
 
 #[test]
@@ -91,10 +85,7 @@ fn a_stiff_body_beside_a_soft_one_sets_the_step() {
     let both = body("soft", "1e3", 0.0) + ", " + &body("stiff", "1e9", 0.1);
     let mut world = world(&both, &format!("{HELD} {AT_ONCE}"));
     let ratio = soft / world.step_size();
-    assert!(
-        (900.0..1100.0).contains(&ratio),
-        "the step is {ratio} times shorter"
-    );
+    assert!((900.0..1100.0).contains(&ratio), "{ratio} times shorter");
     while world.steps() < 3000 {
         world.step().expect("it runs");
     }
@@ -113,11 +104,8 @@ fn ten_nodes_are_too_few_and_some_thirty_hang() {
     let mut world = world(&few, &format!("{HELD} {AT_ONCE}"));
     play(&mut world, 0.3).expect("it runs");
     let body = &world.members()[0].body;
-    assert!(
-        (30..100).contains(&body.rest.len()),
-        "{} nodes",
-        body.rest.len()
-    );
+    let count = body.rest.len();
+    assert!((30..100).contains(&count), "{count} nodes");
     let nodes = body.rest.iter().zip(body.motion.positions());
     let fallen: f64 = nodes.map(|(rest, x)| rest.z - x.z).sum();
     assert!(fallen > 0.0, "it sags");
@@ -125,24 +113,13 @@ fn ten_nodes_are_too_few_and_some_thirty_hang() {
 }
 
 #[test]
-fn steps_at_the_limit_stay_bounded_and_longer_ones_are_refused() {
+fn steps_at_the_limit_stay_bounded() {
     let free = BLOCK.replace("damping: 4", "damping: 0");
-    let rest = |factor: f64| {
-        format!(
-            "{HELD} integration: (settle: None, step_factor: {factor}),
-            gravity: (acceleration: (0, 0, -0.5), ramp: 0),"
-        )
-    };
-    let mut limit = world(&free, &rest(1.0));
+    let rest = "integration: (settle: None, step_factor: 1),
+        gravity: (acceleration: (0, 0, -0.5), ramp: 0),";
+    let mut limit = world(&free, &format!("{HELD} {rest}"));
     play(&mut limit, 1.0).expect("it stays bounded");
     audit_closes(&limit, 0.05);
-    let text = format!("(version: 1, bodies: [{free}], {})", rest(1.2));
-    let error = phyxel_scene::from_text(&text, "test", "", &[]).expect_err("it is too long");
-    let said = error.to_string();
-    assert!(
-        said.contains("step_factor") && said.contains("at most 1"),
-        "{said}"
-    );
 }
 
 #[test]
@@ -160,60 +137,15 @@ fn a_tool_is_pushed_through_the_body() {
     match outcome {
         Ok(()) => {
             let force = world.tool_forces()[0];
-            assert!(
-                (force.pose.position.x - 0.05).abs() < 1e-12,
-                "it went its way"
-            );
+            assert_within("its way", force.pose.position.x, 0.05, 1e-12);
             assert!(force.force.length() < largest, "{force:?} once through");
         }
         Err(error) => {
             let said = error.to_string();
-            assert!(
-                said.contains("body 'block'") && said.contains("node"),
-                "{said}"
-            );
+            let named = said.contains("body 'block'") && said.contains("node");
+            assert!(named, "{said}");
         }
     }
-}
-
-#[test]
-fn flipped_parts_of_a_mesh_are_turned_and_weigh_as_much() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let two_boxes = |flipped: bool| {
-        let file = folder.path().join(format!("{flipped}.obj"));
-        let mut text = String::new();
-        for part in 0..2_u32 {
-            for k in 0..8_u32 {
-                let bit = |b: u32| f64::from(k >> b & 1) * 0.03;
-                let x = bit(0) + 0.05 * f64::from(part);
-                text += &format!("v {x} {} {}\n", bit(1), bit(2));
-            }
-        }
-        for part in 0..2 {
-            for mut face in BOX_FACES {
-                if part == 1 && flipped {
-                    face.reverse();
-                }
-                let corners = face.map(|v| (v + 1 + 8 * part).to_string());
-                text += &format!("f {}\n", corners.join(" "));
-            }
-        }
-        std::fs::write(&file, text).expect("it can be written");
-        let name = file.to_str().expect("UTF-8");
-        let body = format!("(shape: Mesh(file: {name:?}), sampling: (target: Nodes(400)))");
-        world(&body, "gravity: None, integration: (settle: None),")
-    };
-    let (sound, mut flipped) = (two_boxes(false), two_boxes(true));
-    let turned = |world: &World| {
-        let report = world.members()[0].body.report.as_ref();
-        report.expect("it is a mesh").turned_parts
-    };
-    assert_eq!((turned(&sound), turned(&flipped)), (0, 1));
-    let volume = |world: &World| world.members()[0].body.initial.volume;
-    let ratio = volume(&flipped) / volume(&sound);
-    // Quadrilaterals that are turned are divided along their other diagonal.
-    assert!((ratio - 1.0).abs() < 2e-3, "{ratio} of the volume");
-    play(&mut flipped, 0.05).expect("it runs");
 }
 
 #[test]
@@ -230,7 +162,7 @@ fn a_graded_body_is_cut_where_it_is_fine() {
     let (fine, coarse) = (near(DVec3::X * -0.02), near(DVec3::X * 0.02));
     assert!(
         fine > 2 * coarse,
-        "{fine} nodes where it is refined, {coarse} elsewhere"
+        "{fine} of fine, {coarse} of coarse nodes"
     );
     audit_closes(&world, 0.01);
 }

@@ -66,15 +66,7 @@ impl Block {
     }
 
     fn of(body: kuhn::Block) -> Self {
-        let mut solved = Self::weighted(
-            body.positions,
-            body.volumes,
-            body.boundary_vectors,
-            body.offsets,
-            body.indices,
-        );
-        solved.tetrahedra = body.tetrahedra;
-        solved.triangles = body.surface;
+        let mut solved = Self::weighted(body);
         solved.solve_stencils();
         solved
     }
@@ -84,20 +76,10 @@ impl Block {
     /// measuring speed at any size, cheap to build.
     #[must_use]
     pub fn eighteen(n: [usize; 3], spacing: f64) -> Self {
-        Self::eighteen_in_order(n, spacing, morton)
-    }
-
-    /// [`Block::eighteen`] with its nodes in the order of a key of lattice positions.
-    #[must_use]
-    pub fn eighteen_in_order<K: Ord>(
-        n: [usize; 3],
-        spacing: f64,
-        order: impl Fn([usize; 3]) -> K,
-    ) -> Self {
         let mut cells: Vec<[usize; 3]> = (0..n[2])
             .flat_map(|k| (0..n[1]).flat_map(move |j| (0..n[0]).map(move |i| [i, j, k])))
             .collect();
-        cells.sort_by_key(|&at| order(at));
+        cells.sort_by_key(|&at| morton(at));
         let number = |at: [usize; 3]| at[0] + n[0] * (at[1] + n[1] * at[2]);
         let mut rank = vec![0_u32; cells.len()];
         for (order, &at) in cells.iter().enumerate() {
@@ -122,9 +104,14 @@ impl Block {
             .iter()
             .map(|at| DVec3::new(at[0] as f64, at[1] as f64, at[2] as f64) * spacing)
             .collect();
-        let volumes = vec![spacing.powi(3); positions.len()];
-        let boundary_vectors = vec![DVec3::ZERO; positions.len()];
-        let mut body = Self::weighted(positions, volumes, boundary_vectors, offsets, indices);
+        let mut body = Self::weighted(kuhn::Block {
+            volumes: vec![spacing.powi(3); positions.len()],
+            boundary_vectors: vec![DVec3::ZERO; positions.len()],
+            positions,
+            offsets,
+            indices,
+            ..kuhn::Block::default()
+        });
         body.use_plain_gradients();
         body
     }
@@ -145,29 +132,30 @@ impl Block {
             indices.extend(row);
             offsets.push(id(indices.len()));
         }
-        let mut body = Self::weighted(positions, volumes, boundary_vectors, offsets, indices);
-        body.solve_stencils();
-        body
-    }
-
-    /// Nodes and neighbours with weights, without gradients yet.
-    fn weighted(
-        positions: Vec<DVec3>,
-        volumes: Vec<f64>,
-        boundary_vectors: Vec<DVec3>,
-        offsets: Vec<u32>,
-        indices: Vec<u32>,
-    ) -> Self {
-        let mut body = Self {
+        Self::of(kuhn::Block {
             positions,
             volumes,
             boundary_vectors,
             offsets,
             indices,
+            ..kuhn::Block::default()
+        })
+    }
+
+    /// Nodes and neighbours with weights, without gradients yet.
+    fn weighted(body: kuhn::Block) -> Self {
+        let mut weighted = Self {
+            positions: body.positions,
+            volumes: body.volumes,
+            boundary_vectors: body.boundary_vectors,
+            tetrahedra: body.tetrahedra,
+            triangles: body.surface,
+            offsets: body.offsets,
+            indices: body.indices,
             ..Self::default()
         };
-        body.set_weights();
-        body
+        weighted.set_weights();
+        weighted
     }
 
     /// Number of nodes.

@@ -59,18 +59,11 @@ impl Sweep {
     #[track_caller]
     pub fn assert_second_order(&self, what: &str, accuracy: f64) -> usize {
         let smallest = self.smallest();
-        assert!(
-            smallest <= accuracy,
-            "{what}: {smallest:e} exceeds {accuracy:e}: {:?}",
-            self.errors
-        );
+        let errors = &self.errors;
+        assert!(smallest <= accuracy, "{what}: {accuracy:e}, {errors:?}");
         let orders = self.orders();
         for order in &orders {
-            assert!(
-                (order - 2.0).abs() < 0.2,
-                "{what}: order {order}: {:?}",
-                self.errors
-            );
+            assert!((order - 2.0).abs() < 0.2, "{what}: {order}, {errors:?}");
         }
         orders.len()
     }

@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::cloud::{self, Random};
 
 /// A box cut into six tetrahedra per cell (Kuhn), with nodal volumes, boundary vectors and edges.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Block {
     /// Node positions (m), z slowest.
     pub positions: Vec<DVec3>,

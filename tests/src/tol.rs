@@ -10,12 +10,6 @@ pub fn print_residuals() -> bool {
 #[track_caller]
 pub fn assert_within(what: &str, a: f64, b: f64, allowed: f64) {
     let difference = (a - b).abs();
-    if print_residuals() {
-        #[allow(clippy::print_stderr, reason = "asked for by TOL_SCALE=0")]
-        {
-            eprintln!("{what}: |{a:e} - {b:e}| = {difference:e}, allowed {allowed:e}");
-        }
-    }
     assert!(
         difference <= allowed,
         "{what}: |{a:e} - {b:e}| = {difference:e} exceeds {allowed:e}"
@@ -31,12 +25,6 @@ pub fn assert_relative(what: &str, a: f64, b: f64, scale: f64, relative: f64) {
 /// Asserts `value ≤ allowed`; NaN fails.
 #[track_caller]
 pub fn assert_below(what: &str, value: f64, allowed: f64) {
-    if print_residuals() {
-        #[allow(clippy::print_stderr, reason = "asked for by TOL_SCALE=0")]
-        {
-            eprintln!("{what}: {value:e}, allowed {allowed:e}");
-        }
-    }
     assert!(value <= allowed, "{what}: {value:e} exceeds {allowed:e}");
 }
 
