@@ -12,7 +12,7 @@ use crate::kernel::planes::ZERO;
 use crate::kernel::prestrain::Prestrain;
 use crate::kernel::stale::Stale;
 use crate::kernel::storage::{
-    BLOCK, CHUNK, Move, Planes, Sixteen, at, both, chunks, moved, parallel, set_moves, share_out,
+    BLOCK, CHUNK, Move, Planes, Sixteen, at, both, moved, parallel, set_moves, share_out,
 };
 use crate::kernel::watch::{Watching, watch_node};
 use crate::kernel::worst::Watch;
@@ -108,21 +108,20 @@ pub(crate) fn pass_two<const L: usize>(
     let moves = &scratch.moves[..];
     let (fixed, records) = (table.fixed, &table.records[..]);
     let mut receive = || {
-        let (forces, partial) = ((&mut *forces, CHUNK), (&mut scratch.partial[..], 1));
-        chunks(parallel, forces, partial, |chunk, forces, sum| {
-            if skips(chosen, chunk) {
-                return;
+        let outputs = forces.chunks_mut(CHUNK).zip(&mut scratch.partial);
+        share_out(parallel, outputs, |chunk, (forces, sum)| {
+            if !skips(chosen, chunk) {
+                model.arch.dispatch(Received {
+                    model,
+                    fixed,
+                    records,
+                    moves,
+                    first: chunk * CHUNK,
+                    forces,
+                    sum,
+                    sign: 1.0,
+                });
             }
-            model.arch.dispatch(Received {
-                model,
-                fixed,
-                records,
-                moves,
-                first: chunk * CHUNK,
-                forces,
-                sum: &mut sum[0],
-                sign: 1.0,
-            });
         });
     };
     let deformation = &mut table.deformation[..];

@@ -11,7 +11,7 @@ use crate::kernel::lanes::{Block, gather};
 use crate::kernel::nodes::{Model, Scratch, State};
 use crate::kernel::prestrain::Prestrain;
 use crate::kernel::storage::{
-    BLOCK, CHUNK, Move, Sixteen, chunks, gradient, parallel, set_gradient, share_out,
+    BLOCK, CHUNK, Move, Sixteen, gradient, parallel, set_gradient, share_out,
 };
 use crate::kernel::watch::watch_node;
 use crate::kernel::worst::Watch;
@@ -35,37 +35,29 @@ pub(crate) fn stresses<const L: usize>(
         table: table.fixed,
         moves,
     };
-    let ratios = &mut pressures.ratios[..];
-    chunks(
-        parallel,
-        (&mut *table.deformation, CHUNK / BLOCK),
-        (ratios, CHUNK),
-        |chunk, f, ratios| {
-            let first = chunk * CHUNK;
-            work.each(first, ratios.len(), |node, h| {
-                let value = deformation(model, prestrain, node, h);
-                let at = node - first;
-                set_gradient(f, at, value);
-                ratios[at] = volume_ratio(value);
-            });
-        },
-    );
-    let ratios = &pressures.ratios[..];
-    let partial = (&mut scratch.partial[..], 1);
-    let mean = (&mut pressures.means[..], CHUNK);
-    chunks(parallel, mean, partial, |chunk, mean, sum| {
-        for (node, j) in (chunk * CHUNK..).zip(mean) {
-            let spread = means.spread(&model.pairs, node, ratios) / model.volumes[node];
-            *j = ratios[node] + spread + prestrain.mean(node);
-            sum[0] += model.elastic_volumes[node] * means.law(model.material_index(node)).at(*j)[0];
-        }
+    let deformed = table.deformation.chunks_mut(CHUNK / BLOCK);
+    let outputs = deformed.zip(pressures.ratios.chunks_mut(CHUNK));
+    share_out(parallel, outputs, |chunk, (f, ratios)| {
+        let first = chunk * CHUNK;
+        work.each(first, ratios.len(), |node, h| {
+            let value = deformation(model, prestrain, node, h);
+            let at = node - first;
+            set_gradient(f, at, value);
+            ratios[at] = volume_ratio(value);
+        });
     });
-    let mean = &pressures.means[..];
-    let pressure = pressures.pressures.chunks_mut(CHUNK);
-    share_out(parallel, pressure, |chunk, pressures| {
-        for (node, p) in (chunk * CHUNK..).zip(pressures) {
-            let share = model.elastic_volumes[node] / model.volumes[node];
-            *p = share * means.law(model.material_index(node)).at(mean[node])[1];
+    let ratios = &pressures.ratios[..];
+    let mean = pressures.means.chunks_mut(CHUNK);
+    let outputs = mean.zip(pressures.pressures.chunks_mut(CHUNK));
+    let outputs = outputs.zip(&mut scratch.partial);
+    share_out(parallel, outputs, |chunk, ((mean, pressures), sum)| {
+        for (node, (j, p)) in (chunk * CHUNK..).zip(mean.iter_mut().zip(pressures)) {
+            let (volume, elastic) = (model.volumes[node], model.elastic_volumes[node]);
+            let spread = means.spread(&model.pairs, node, ratios) / volume;
+            *j = ratios[node] + spread + prestrain.mean(node);
+            let [energy, slope, _] = means.law(model.material_index(node)).at(*j);
+            *sum += elastic * energy;
+            *p = elastic / volume * slope;
         }
     });
     let (pressures, viscosity) = (&*pressures, state.viscosity.as_ref());
@@ -139,8 +131,9 @@ pub(crate) fn changes<const L: usize>(
     });
     let slopes = &slopes[..];
     let viscosity = state.viscosity.as_ref();
-    let outputs = (&mut *table.records, CHUNK / BLOCK);
-    chunks(parallel, outputs, (own, CHUNK), |chunk, records, own| {
+    let records = table.records.chunks_mut(CHUNK / BLOCK);
+    let outputs = records.zip(own.chunks_mut(CHUNK));
+    share_out(parallel, outputs, |chunk, (records, own)| {
         let change = |node: usize, dh: DMat3| {
             let f = gradient(deformation, node);
             let factor = prestrain.factor(node);

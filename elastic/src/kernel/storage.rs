@@ -109,19 +109,6 @@ pub(crate) fn both(parallel: bool, a: &mut (dyn FnMut() + Send), b: &mut (dyn Fn
     }
 }
 
-/// Runs `work` on the numbered chunks of two slices.
-pub(crate) fn chunks<A: Send, B: Send>(
-    parallel: bool,
-    (a, a_size): (&mut [A], usize),
-    (b, b_size): (&mut [B], usize),
-    work: impl Fn(usize, &mut [A], &mut [B]) + Sync,
-) {
-    let counts = [a.len().div_ceil(a_size), b.len().div_ceil(b_size)];
-    debug_assert_eq!(counts[0], counts[1], "chunks of the same nodes");
-    let both = a.chunks_mut(a_size).zip(b.chunks_mut(b_size));
-    share_out(parallel, both, |chunk, (a, b)| work(chunk, a, b));
-}
-
 /// Sets displacements (or any vectors): `fill` is given the number of the first of some of them.
 pub(crate) fn set_moves(
     parallel: bool,

@@ -10,7 +10,7 @@ use crate::kernel::lanes::{Block, Laws, gather};
 use crate::kernel::mean;
 use crate::kernel::nodes::{Model, Scratch, State};
 use crate::kernel::storage::{
-    BLOCK, CHUNK, Move, Planes, Sixteen, chunks, gradient, parallel, set_moves, share_out,
+    BLOCK, CHUNK, Move, Planes, Sixteen, gradient, parallel, set_moves, share_out,
 };
 use crate::kernel::subset::Subset;
 use crate::law::arithmetic::Arithmetic;
@@ -34,7 +34,9 @@ pub(crate) fn product<const L: usize>(
     let (moves, asleep) = (&scratch.moves[..], &scratch.asleep[..]);
     if model.means.is_none() {
         let (fixed, deformation) = (table.fixed, &table.deformation[..]);
-        let work = |chunk: usize, records: &mut [Sixteen<Record<L>>], own: &mut [DVec3]| {
+        let records = table.records.chunks_mut(CHUNK / BLOCK);
+        let outputs = records.zip(product.chunks_mut(CHUNK));
+        share_out(parallel, outputs, |chunk, (records, own)| {
             model.arch.dispatch(Changes {
                 model,
                 state,
@@ -46,9 +48,7 @@ pub(crate) fn product<const L: usize>(
                 records,
                 own,
             });
-        };
-        let (records, own) = (&mut table.records[..], &mut *product);
-        chunks(parallel, (records, CHUNK / BLOCK), (own, CHUNK), work);
+        });
     }
     let (fixed, records) = (table.fixed, &table.records[..]);
     share_out(parallel, product.chunks_mut(CHUNK), |chunk, forces| {

@@ -56,11 +56,7 @@ impl Checks {
     pub(crate) fn direction(&mut self, field: impl Display, value: DVec3) {
         let holds = value.is_finite() && value.length() > 0.0;
         let must = "it must be finite and longer than 0";
-        self.require(field, triple(value), holds, must, &[]);
+        let found = format_args!("({}, {}, {})", value.x, value.y, value.z);
+        self.require(field, found, holds, must, &[]);
     }
-}
-
-/// A point or direction as messages have it.
-pub(crate) fn triple(value: DVec3) -> String {
-    format!("({}, {}, {})", value.x, value.y, value.z)
 }

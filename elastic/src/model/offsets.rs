@@ -49,19 +49,21 @@ impl Elastic {
         assert_eq!(nodes.len(), before.len(), "one gradient per node");
         assert_eq!(positions.len(), self.node_count(), "one position per node");
         self.scratch.stale.add(nodes);
-        let (model, prestrain) = (&self.model, &mut self.state.prestrain);
         for (&node, &before) in nodes.iter().zip(before) {
-            let at = node as usize;
-            let full = model.ranks[at] == 3 && model.elastic_volumes[at] > 0.0;
-            let offset = if full {
-                let now = gradient_at(model, &self.tables, at, positions);
-                factor_between(now, before).map_or(DMat3::ZERO, |all| all - DMat3::IDENTITY)
-            } else {
-                DMat3::ZERO
-            };
-            let mean = prestrain.mean(at);
-            prestrain.set(model.node_count(), node, (offset, mean));
+            let (_, factor) = self.factor_of(node as usize, before, positions);
+            let offset = factor.map_or(DMat3::ZERO, |all| all - DMat3::IDENTITY);
+            let (count, prestrain) = (self.node_count(), &mut self.state.prestrain);
+            let mean = prestrain.mean(node as usize);
+            prestrain.set(count, node, (offset, mean));
         }
+    }
+
+    /// Whether the row of a node is full, and `I + A` by which it then keeps `before`, if it can.
+    fn factor_of(&self, node: usize, before: DMat3, positions: &[DVec3]) -> (bool, Option<DMat3>) {
+        let model = &self.model;
+        let full = model.ranks[node] == 3 && model.elastic_volumes[node] > 0.0;
+        let now = full.then(|| gradient_at(model, &self.tables, node, positions));
+        (full, now.and_then(|now| factor_between(now, before)))
     }
 
     /// Keeps the mean volume ratios that nodes had `before` their means were taken over others, by an evaluation at
@@ -96,14 +98,8 @@ impl Elastic {
     ) -> Vec<u32> {
         assert_eq!(nodes.len(), before.len(), "one gradient per node");
         assert_eq!(positions.len(), self.node_count(), "one position per node");
-        let model = &self.model;
         let lost = nodes.iter().zip(before).filter(|&(&node, &before)| {
-            let at = node as usize;
-            let full = model.ranks[at] == 3 && model.elastic_volumes[at] > 0.0;
-            full && {
-                let now = gradient_at(model, &self.tables, at, positions);
-                factor_between(now, before).is_none()
-            }
+            self.factor_of(node as usize, before, positions) == (true, None)
         });
         lost.map(|(&node, _)| node).collect()
     }
