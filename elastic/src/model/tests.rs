@@ -8,7 +8,6 @@ mod fronts;
 mod hard;
 mod machine;
 mod options;
-mod oracle;
 mod properties;
 mod smoothed;
 
