@@ -1,7 +1,7 @@
 use super::{Audit, RigidEnergies};
 use crate::motion::{ExplicitScheme, Motion, MotionSettings};
 use crate::supports::BoundaryConditions;
-use crate::testing::{Chain, damped, one_node, oscillator, pulled};
+use crate::testing::{Chain, damped, one_node, oscillator, pulled, springs};
 use crate::trajectory::Trajectory;
 use crate::view::StepView;
 use glam::DVec3;
@@ -187,18 +187,8 @@ fn the_balance_closes_whatever_steps_and_loads_do() {
     let supports = BoundaryConditions::free(12);
     let settings = pulled(DVec3::new(0.3, 0.0, -9.81));
     let stiffness = 50.0;
-    let springs = |x: &[DVec3], f: &mut [DVec3]| {
-        // Linear ones: such as keep the balance to round-off.
-        f.fill(DVec3::ZERO);
-        let mut energy = 0.0;
-        for i in 1..x.len() {
-            let stretch = (x[i] - x[i - 1]) - (chain.rest[i] - chain.rest[i - 1]);
-            f[i - 1] += stretch * stiffness;
-            f[i] -= stretch * stiffness;
-            energy += 0.5 * stiffness * stretch.length_squared();
-        }
-        energy
-    };
+    // Linear ones: such as keep the balance to round-off.
+    let springs = springs(&chain.rest, stiffness);
     let critical = 2.0 / (4.0 * stiffness / 0.1_f64).sqrt();
     // Steps of all lengths heat a chain by symplectic Euler.
     for (scheme, largest) in SCHEMES.into_iter().zip([critical, 0.2 * critical]) {
@@ -212,7 +202,7 @@ fn the_balance_closes_whatever_steps_and_loads_do() {
             loads[11] = share * 0.2;
             motion.set_loads(&loads).unwrap();
             let step = largest * (0.5 + 0.4 * share.x);
-            motion.step(step, springs).unwrap();
+            motion.step(step, &springs).unwrap();
             let audit = *motion.audit();
             most = most.max(audit.staggered.abs());
             let (off, scale) = (audit.energy_error().abs(), audit.scale());

@@ -2,7 +2,7 @@ use super::*;
 use crate::audit::Audit;
 use crate::motion::MotionSettings;
 use crate::supports::BoundaryConditions;
-use crate::testing::{Chain, Network, OMEGA, free, nothing, one_node, oscillator, pulled};
+use crate::testing::{Chain, Network, OMEGA, free, nothing, one_node, oscillator, pulled, swung};
 use crate::trajectory::{Ease, Trajectory};
 use proptest::prelude::*;
 use testkit::assert_matches;
@@ -17,12 +17,7 @@ fn error_at_two(scheme: ExplicitScheme, damping: f64, step: f64) -> f64 {
     };
     let mut motion = one_node(settings);
     motion.advance_to(2.0, step, oscillator).unwrap();
-    // x'' + c x' + w^2 x = 0 from x = 1, x' = 0.
-    let omega = (OMEGA * OMEGA - 0.25 * damping * damping).sqrt();
-    let decay = (-0.5 * damping * 2.0).exp();
-    let (s, c) = (omega * 2.0).sin_cos();
-    let exact = decay * (c + 0.5 * damping / omega * s);
-    (motion.positions()[0].x - exact).abs()
+    (motion.positions()[0].x - swung(damping)).abs()
 }
 
 #[test]
@@ -51,13 +46,9 @@ fn viscous_damping_decays_as_the_oscillator_does() {
         };
         let mut motion = one_node(settings);
         motion.advance_to(2.0, step, oscillator).unwrap();
-        let damping = viscosity * OMEGA * OMEGA;
-        let omega = (OMEGA * OMEGA - 0.25 * damping * damping).sqrt();
-        let (s, c) = (omega * 2.0).sin_cos();
-        let exact = (-0.5 * damping * 2.0).exp() * (c + 0.5 * damping / omega * s);
         assert!(motion.audit().dissipated > 0.0, "takes energy out");
         assert!(motion.audit().energy_error().abs() < 0.05 * 4.5, "balance");
-        (motion.positions()[0].x - exact).abs()
+        (motion.positions()[0].x - swung(viscosity * OMEGA * OMEGA)).abs()
     };
     let seen = observed_order(run(0.005), run(0.0025), 2.0);
     assert!(seen > 0.9, "lagged forces are first order, seen {seen}");

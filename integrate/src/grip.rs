@@ -140,8 +140,7 @@ impl Grip {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::motion::{Motion, MotionSettings};
-    use crate::supports::BoundaryConditions;
+    use crate::testing::{free, nothing};
 
     /// Free nodes on springs of their own: where damping has taken the swing they are at the pointer, and the
     /// force on it is none; while the pointer pulls, it feels what the nodes feel.
@@ -153,23 +152,14 @@ mod tests {
         let mut grip = Grip::new(&positions, &masses, DVec3::ZERO, 0.01, 5e3, step)
             .expect("two nodes are near");
         assert!(grip.is_sound(3) && !grip.is_sound(1), "nodes 0 and 1");
-        let settings = MotionSettings::default();
-        let mut motion =
-            Motion::new(&positions, &masses, BoundaryConditions::free(3), settings).unwrap();
+        let mut motion = free(&positions, &masses);
         let (way, mut largest) = (DVec3::new(0.01, 0.02, 0.0), 0.0_f64);
         for k in 0..2000 {
-            let (from, to) = (
-                way * (f64::from(k) / 50.0).min(1.0),
-                way * (f64::from(k + 1) / 50.0).min(1.0),
-            );
+            let [from, to] = [k, k + 1].map(|k| way * (f64::from(k) / 50.0).min(1.0));
             grip.lead(from, to, step);
-            let none = |_: &[DVec3], forces: &mut [DVec3]| {
-                forces.fill(DVec3::ZERO);
-                0.0
-            };
             let mut on_nodes = DVec3::ZERO;
             motion
-                .step_with(step, none, &mut |view, forces| {
+                .step_with(step, nothing, &mut |view, forces| {
                     let before: DVec3 = forces.iter().sum();
                     grip.pull(view, forces);
                     on_nodes = forces.iter().sum::<DVec3>() - before;

@@ -8,7 +8,7 @@ use crate::contact::pressed::Pressed;
 use crate::error::MotionError;
 use crate::law::ForceLaw;
 use crate::motion::Motion;
-use crate::newton::{Newton, NewtonReport, NewtonSettings, Problem, SolveError};
+use crate::newton::{Newton, NewtonReport, NewtonSettings, Problem, SolveError, check};
 use crate::pieces::{RigidField, all};
 use crate::tool::RigidTool;
 use crate::vector::{add_scaled, dot};
@@ -361,10 +361,7 @@ impl Implicit {
             supports.place(attempt.end, &mut x);
             self.end.resize(x.len(), DVec3::ZERO);
             let energy = law.forces_into(&x, &mut self.end);
-            let bad = self.end.iter().position(|force| !force.is_finite());
-            if let Some(node) = bad.or_else(|| (!energy.is_finite()).then_some(0)) {
-                return Err(SolveError::NotFinite { node });
-            }
+            check(&self.end, energy)?;
             let solved = |x, report| Solved { x, energy, report };
             if !middle {
                 self.internal.clone_from(&self.end);

@@ -4,7 +4,7 @@ use crate::law::Differences;
 use crate::motion::MotionSettings;
 use crate::shape::{Pose, RigidShape};
 use crate::supports::BoundaryConditions;
-use crate::testing::{Chain, Network, free, one_node};
+use crate::testing::{Chain, Network, damped, free, one_node, swung};
 use crate::trajectory::Trajectory;
 use proptest::prelude::*;
 use testkit::cloud::uniform;
@@ -28,21 +28,14 @@ fn solved_to(tolerance: f64, scheme: ImplicitScheme) -> Implicit {
 /// One mass on a spring of 9 N/m to its position, with damping; error at t = 2.
 fn error_at_two(scheme: ImplicitScheme, damping: f64, steps: u32) -> f64 {
     let mut chain = Chain::new(1, 4.5, 1.0);
-    let settings = MotionSettings {
-        damping,
-        ..MotionSettings::default()
-    };
-    let mut motion = one_node(settings);
+    let mut motion = one_node(damped(damping));
     let mut solver = implicit(scheme);
     for _ in 0..steps {
         solver
             .step(&mut motion, 2.0 / f64::from(steps), &mut chain)
             .unwrap();
     }
-    let omega = (9.0 - 0.25 * damping * damping).sqrt();
-    let (s, c) = (omega * 2.0).sin_cos();
-    let exact = (-damping).exp() * (c + 0.5 * damping / omega * s);
-    (motion.positions()[0].x - exact).abs()
+    (motion.positions()[0].x - swung(damping)).abs()
 }
 
 #[test]

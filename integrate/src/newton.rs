@@ -4,7 +4,7 @@
 use crate::law::ForceLaw;
 use crate::linear::Conjugate;
 use crate::supports::BoundaryConditions;
-use crate::vector::{add_scaled, dot, norm};
+use crate::vector::{add_scaled, dot, largest, norm};
 use glam::{DMat3, DVec3};
 
 /// When to stop, and how hard to try.
@@ -288,7 +288,7 @@ impl Newton {
                 return Err(SolveError::TooManyIterations {
                     iterations: done,
                     relative: size / report.scale,
-                    node: largest(&self.residual),
+                    node: self.worst(),
                 });
             }
             let moved = pending.take();
@@ -347,7 +347,7 @@ impl Newton {
             if !accepted {
                 return Err(SolveError::NoDescent {
                     relative: size / report.scale,
-                    node: largest(&self.residual),
+                    node: self.worst(),
                 });
             }
             x.copy_from_slice(&self.trial);
@@ -361,6 +361,11 @@ impl Newton {
     /// Forces (N) that the last solve left unbalanced.
     pub(crate) fn residual(&self) -> &[DVec3] {
         &self.residual
+    }
+
+    /// The node with the largest of them.
+    fn worst(&self) -> usize {
+        largest(self.residual.iter().map(|force| force.length_squared()))
     }
 
     fn precondition(&mut self, law: &mut dyn ForceLaw, problem: &Problem<'_>, n: usize) {
@@ -394,20 +399,11 @@ impl Newton {
     }
 }
 
-fn check(forces: &[DVec3], energy: f64) -> Result<(), SolveError> {
+/// Refuses forces or an energy that are not finite.
+pub(crate) fn check(forces: &[DVec3], energy: f64) -> Result<(), SolveError> {
     let bad = forces.iter().position(|f| !f.is_finite());
     match bad.or_else(|| (!energy.is_finite()).then_some(0)) {
         Some(node) => Err(SolveError::NotFinite { node }),
         None => Ok(()),
     }
-}
-
-fn largest(vectors: &[DVec3]) -> usize {
-    let mut best = (0, 0.0);
-    for (node, v) in vectors.iter().enumerate() {
-        if v.length_squared() > best.1 {
-            best = (node, v.length_squared());
-        }
-    }
-    best.0
 }

@@ -62,13 +62,9 @@ impl BoundaryConditions {
     /// Holds the nodes in all directions whose position (m) satisfies a condition.
     #[must_use]
     pub fn fixed_where(positions: &[DVec3], held: impl Fn(DVec3) -> bool) -> Self {
-        let mut supports = Self::free(positions.len());
-        for (node, &x) in (0_u32..).zip(positions) {
-            if held(x) {
-                supports.fix(node);
-            }
-        }
-        supports
+        let nodes = (0_u32..).zip(positions).filter(|(_, x)| held(**x));
+        let nodes: Vec<u32> = nodes.map(|(node, _)| node).collect();
+        Self::fixed(positions.len(), &nodes)
     }
 
     /// The supports of a range of nodes, which are then counted from its start.

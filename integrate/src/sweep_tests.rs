@@ -107,7 +107,6 @@ fn blocks_move_as_nodes_do_one_by_one() {
             damping: 0.3,
             viscosity: 0.02,
             gravity: DVec3::new(0.1, -0.2, -9.0),
-            ..MotionSettings::default()
         };
         let x = uniform(N, 1.0, 3);
         let masses: Vec<f64> = uniform(N, 0.4, 4).iter().map(|v| 1.0 + v.x).collect();

@@ -16,6 +16,13 @@ pub(crate) fn oscillator(x: &[DVec3], f: &mut [DVec3]) -> f64 {
     0.5 * OMEGA * OMEGA * x[0].length_squared()
 }
 
+/// Where it is at 2 s from rest at 1 m: x'' + c x' + w^2 x = 0 with a damping c (1/s).
+pub(crate) fn swung(damping: f64) -> f64 {
+    let omega = (OMEGA * OMEGA - 0.25 * damping * damping).sqrt();
+    let (s, c) = (omega * 2.0).sin_cos();
+    (-0.5 * damping * 2.0).exp() * (c + 0.5 * damping / omega * s)
+}
+
 /// A mass of 1 kg at rest one metre out along x.
 pub(crate) fn one_node(settings: MotionSettings) -> Motion {
     let supports = BoundaryConditions::free(1);
@@ -46,6 +53,24 @@ pub(crate) fn nothing(_: &[DVec3], f: &mut [DVec3]) -> f64 {
 pub(crate) fn free(x: &[DVec3], masses: &[f64]) -> Motion {
     let supports = BoundaryConditions::free(x.len());
     Motion::new(x, masses, supports, MotionSettings::default()).unwrap()
+}
+
+/// Linear springs between each node and the next, at ease where they are.
+pub(crate) fn springs(
+    rest: &[DVec3],
+    stiffness: f64,
+) -> impl Fn(&[DVec3], &mut [DVec3]) -> f64 + '_ {
+    move |x, f| {
+        f.fill(DVec3::ZERO);
+        let mut energy = 0.0;
+        for i in 1..x.len() {
+            let stretch = (x[i] - x[i - 1]) - (rest[i] - rest[i - 1]);
+            f[i - 1] += stretch * stiffness;
+            f[i] -= stretch * stiffness;
+            energy += 0.5 * stiffness * stretch.length_squared();
+        }
+        energy
+    }
 }
 
 /// Masses between springs along x, both ends tied to walls: `K` is tridiagonal (2, −1) · k.

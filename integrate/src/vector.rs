@@ -76,6 +76,17 @@ pub(crate) fn products(a: &[DVec3], b: &[DVec3]) -> Vec<f64> {
     }
 }
 
+/// Position of the first of the largest numbers, 0 if none is above zero.
+pub(crate) fn largest(numbers: impl Iterator<Item = f64>) -> usize {
+    let mut best = (0, 0.0);
+    for (at, number) in numbers.enumerate() {
+        if number > best.1 {
+            best = (at, number);
+        }
+    }
+    best.0
+}
+
 pub(crate) fn norm(a: &[DVec3]) -> f64 {
     dot(a, a).sqrt()
 }

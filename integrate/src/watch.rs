@@ -6,6 +6,7 @@ use crate::audit::{RigidEnergies, Warning};
 use crate::error::{Cause, StepError};
 use crate::motion::{Motion, State};
 use crate::shares::Shares;
+use crate::vector::largest;
 use glam::DVec3;
 
 /// Steps in a row with the balance off before anything is said. An unstable step multiplies energies
@@ -256,14 +257,7 @@ impl Motion {
 
     fn fastest_node(&self) -> usize {
         let energies = self.nodes.masses.iter().zip(&self.state.velocities);
-        let energies = energies.map(|(m, v)| m * v.length_squared());
-        let mut best = (0, 0.0);
-        for (node, energy) in energies.enumerate() {
-            if energy > best.1 {
-                best = (node, energy);
-            }
-        }
-        best.0
+        largest(energies.map(|(m, v)| m * v.length_squared()))
     }
 
     fn cause(&self, node: usize, step: f64) -> Cause {
@@ -279,7 +273,8 @@ impl Motion {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{BoundaryConditions, MotionSettings, StepView};
+    use crate::StepView;
+    use crate::testing::{free, springs};
     use glam::DVec3;
 
     /// A chain that flies, and whose end meets a spring with the last step of the stretch: the force has not worked yet.
@@ -287,29 +282,17 @@ mod tests {
     #[test]
     fn a_force_that_sets_in_with_the_last_step_is_no_gain() {
         let rest = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0].map(|x| DVec3::X * x);
-        let supports = BoundaryConditions::free(8);
-        let mut motion =
-            Motion::new(&rest, &[0.1; 8], supports, MotionSettings::default()).unwrap();
+        let mut motion = free(&rest, &[0.1; 8]);
         motion.set_pieces(&[0; 8]);
         motion.set_velocities(&[DVec3::X; 8]).unwrap();
-        let forces = |x: &[DVec3], f: &mut [DVec3]| {
-            f.fill(DVec3::ZERO);
-            let mut energy = 0.0;
-            for i in 0..7 {
-                let stretch = x[i + 1] - x[i] - DVec3::X;
-                f[i] += stretch * 10.0;
-                f[i + 1] -= stretch * 10.0;
-                energy += 5.0 * stretch.length_squared();
-            }
-            energy
-        };
+        let forces = springs(&rest, 10.0);
         let wall = &mut |view: &StepView<'_>, f: &mut [DVec3]| {
             f[7].x -= 100.0 * (view.positions[7].x - 7.0799).max(0.0);
         };
         let mut stretch = |step: f64| {
             let (before, rigid) = (motion.state().clone(), motion.rigid_energies());
             for _ in 0..8 {
-                motion.step_with(step, forces, wall).unwrap();
+                motion.step_with(step, &forces, wall).unwrap();
             }
             let gained = motion.gained_since(&before, [rigid, motion.rigid_energies()], 0.0);
             (motion.state().is_pressed(), gained.is_some())
