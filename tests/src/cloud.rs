@@ -32,6 +32,21 @@ impl Random {
         low + (high - low) * self.unit()
     }
 
+    /// Uniform in `0..end`; 0 where that is empty.
+    pub fn below(&mut self, end: usize) -> usize {
+        usize::try_from(self.bits() % end.max(1) as u64).unwrap_or(0)
+    }
+
+    /// One of some items, each as likely.
+    pub fn pick<'a, T>(&mut self, items: &'a [T]) -> &'a T {
+        &items[self.below(items.len())]
+    }
+
+    /// True with a probability.
+    pub fn chance(&mut self, share: f64) -> bool {
+        self.unit() < share
+    }
+
     /// Uniform in the cube `[-half, half)³`.
     pub fn vector(&mut self, half: f64) -> DVec3 {
         let x = self.range(-half, half);

@@ -155,45 +155,19 @@ mod tests {
 
     use super::*;
 
-    fn state() -> Vec<(u64, f64)> {
-        [
-            0.1,
-            -0.0,
-            f64::MIN_POSITIVE / 8.0,
-            1.0 + f64::EPSILON,
-            1e300,
-        ]
-        .into_iter()
-        .zip(0..)
-        .map(|(value, index)| (index, value))
-        .collect()
-    }
-
-    fn fault_of(error: &CheckpointError) -> &Fault {
-        let CheckpointError::File { fault, .. } = error else {
-            panic!("{error}")
-        };
-        fault
-    }
-
-    fn bits(state: &[(u64, f64)]) -> Vec<(u64, u64)> {
-        state
-            .iter()
-            .map(|(i, value)| (*i, value.to_bits()))
-            .collect()
-    }
-
     #[test]
     fn what_is_written_is_read_to_the_bit() {
         let root = tempfile::tempdir().expect("a temporary folder");
         let folder = OutputFolder::create(root.path()).expect("it is there");
         let scene = phyxel_scene::embedded("liver", &[]).expect("it is valid");
-        write_checkpoint(&folder, "state", &scene, &state()).expect("it can be written");
+        let subnormal = f64::MIN_POSITIVE / 8.0;
+        let state = [0.1, -0.0, subnormal, 1.0 + f64::EPSILON, 1e300];
+        write_checkpoint(&folder, "state", &scene, &(7_u64, state)).expect("it can be written");
         let file = root.path().join("state");
-        let (again, read): (_, Vec<(u64, f64)>) =
-            read_checkpoint(&file, &[]).expect("it can be read");
-        assert_eq!(again, scene);
-        assert_eq!(bits(&read), bits(&state()));
+        let (again, (seven, read)) =
+            read_checkpoint::<(u64, [f64; 5])>(&file, &[]).expect("it can be read");
+        assert_eq!((again, seven), (scene, 7));
+        assert_eq!(read.map(f64::to_bits), state.map(f64::to_bits));
         fs::write(&file, encode("(version: 1, bodies: [])", &[0])).expect("it can be written");
         let error = read_checkpoint::<[u8; 1]>(&file, &[]).expect_err("no bodies");
         assert!(matches!(error, CheckpointError::Scene(_)), "{error}");
@@ -201,8 +175,6 @@ mod tests {
 
     #[test]
     fn every_cut_and_every_flipped_bit_is_found() {
-        let root = tempfile::tempdir().expect("a temporary folder");
-        let file = root.path().join("state");
         let whole = encode("(no scene)", &[7; 40]);
         let parts = decode(&whole).expect("it is whole");
         assert_eq!(parts, [PROGRAM.as_bytes(), b"(no scene)", &[7; 40]]);
@@ -214,14 +186,6 @@ mod tests {
             damaged[at / 8] ^= 1 << (at % 8);
             assert!(decode(&damaged).is_err(), "bit {at}");
         }
-        fs::write(&file, &whole[..60]).expect("it can be written");
-        let error = read_checkpoint::<Vec<u8>>(&file, &[]).expect_err("it is cut short");
-        assert!(error.to_string().contains("damaged"), "{error}");
-        fs::write(&file, "something else").expect("it can be written");
-        let error = read_checkpoint::<Vec<u8>>(&file, &[]).expect_err("it is something else");
-        assert!(error.to_string().ends_with("not a checkpoint"), "{error}");
-        let error = read_checkpoint::<Vec<u8>>(&root.path().join("gone"), &[]).expect_err("gone");
-        assert!(matches!(fault_of(&error), Fault::Read(_)), "{error}");
     }
 
     #[test]
@@ -231,7 +195,8 @@ mod tests {
         let text = "(version: 1)";
         fs::write(&file, encode(text, &[3, 1])).expect("it can be written");
         let error = read_checkpoint::<Vec<u64>>(&file, &[]).expect_err("two of three numbers");
-        assert!(matches!(fault_of(&error), Fault::State(_)), "{error}");
+        let told = error.to_string();
+        assert!(told.contains("the state cannot be decoded"), "{told}");
         let bytes = packed([b"9.9.9", text.as_bytes(), &[]]);
         fs::write(&file, bytes).expect("it can be written");
         let error = read_checkpoint::<Vec<u64>>(&file, &[]).expect_err("another program");

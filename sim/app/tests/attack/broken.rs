@@ -1,6 +1,6 @@
 //! Files broken byte by byte.
 
-use crate::random::Random;
+use testkit::cloud::Random;
 
 /// Words that files are made of, and some that break them.
 const WORDS: [&str; 24] = [
@@ -50,7 +50,7 @@ pub(crate) fn broken(mut bytes: Vec<u8>, random: &mut Random) -> Vec<u8> {
             }
             5 => {
                 for byte in &mut bytes[at..end] {
-                    *byte = random.next() as u8;
+                    *byte = random.bits() as u8;
                 }
             }
             6 if at < bytes.len() => bytes[at] ^= 1 << random.below(8),

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use crate::broken::broken;
-use crate::random::Random;
 use crate::watch;
+use testkit::cloud::Random;
 
 const SCENE: &str = include_str!("kept.ron");
 
@@ -63,7 +63,7 @@ impl Kept {
             1 => {
                 let mut state = parts[2].clone();
                 let place = random.below(state.len().min(2000));
-                state[place] = random.next() as u8;
+                state[place] = random.bits() as u8;
                 state
             }
             _ => broken(parts[2].clone(), random),

@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use crate::kills::{SCENE, START};
-use crate::random::Random;
 use crate::scenes::{entries, leftovers};
 use crate::watch;
+use testkit::cloud::Random;
 
 /// Files of which a shorter run has fewer rows or an earlier state.
 const GROWING: [&str; 4] = ["history.csv", "tools.csv", "input.csv", "state.checkpoint"];

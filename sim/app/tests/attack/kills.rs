@@ -3,9 +3,9 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use crate::random::Random;
 use crate::scenes::leftovers;
 use crate::watch;
+use testkit::cloud::Random;
 
 pub(crate) const SCENE: &str = include_str!("killed.ron");
 
@@ -30,7 +30,7 @@ pub(crate) fn case(folder: &Path, random: &mut Random) -> Option<String> {
         let line = if kept { RESUME } else { START };
         // Twice at most, then it may come to its end.
         let after = if attempt < 1 + random.below(2) {
-            random.between(0.0, 1.1 * took)
+            random.range(0.0, 1.1 * took)
         } else {
             1e4
         };

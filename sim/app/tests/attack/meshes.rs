@@ -4,9 +4,9 @@
 use std::path::Path;
 
 use crate::broken::broken;
-use crate::random::Random;
 use crate::watch::{self, Ended};
 use crate::{shapes, writers};
+use testkit::cloud::Random;
 
 /// Largest deviation of a volume: single precision, and vertices joined within 1e-9 of the size.
 const VOLUME_TOLERANCE: f64 = 1e-4;
@@ -33,7 +33,7 @@ pub(crate) fn case(folder: &Path, random: &mut Random) -> Option<String> {
     let name = format!("body.{ending}");
     std::fs::write(folder.join(&name), &bytes).unwrap();
     let nodes = (30 + random.below(1500)).to_string();
-    let spacing = surface.size().max_element() * random.between(0.03, 0.4);
+    let spacing = surface.size().max_element() * random.range(0.03, 0.4);
     let spacing = format!("{spacing:?}");
     let target = format!("bodies[0].sampling.target=Nodes({nodes})");
     let mut arguments = match random.below(10) {

@@ -2,10 +2,9 @@
 
 use std::path::Path;
 
-use crate::broken::broken;
-use crate::random::Random;
-use crate::scenes::{BLOCK, changed, leftovers};
+use crate::scenes::{BLOCK, leftovers, spoiled};
 use crate::watch;
+use testkit::cloud::Random;
 
 const PLANS: [&str; 2] = [
     include_str!("ranges.plan.ron"),
@@ -13,14 +12,8 @@ const PLANS: [&str; 2] = [
 ];
 
 pub(crate) fn case(folder: &Path, random: &mut Random) -> Option<String> {
-    let mut text = (*random.pick(&PLANS)).to_owned();
-    for _ in 0..=random.below(3) {
-        text = changed(&text, random);
-    }
-    let mut bytes = text.into_bytes();
-    if random.chance(0.2) {
-        bytes = broken(bytes, random);
-    }
+    let text = *random.pick(&PLANS);
+    let bytes = spoiled(text, random);
     std::fs::write(folder.join("plan.ron"), &bytes).unwrap();
     std::fs::write(folder.join("block.ron"), BLOCK).unwrap();
     let ended = watch::run(folder, "sweep plan.ron --out out --list --quiet");

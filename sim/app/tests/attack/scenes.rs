@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use crate::broken::broken;
-use crate::random::Random;
 use crate::watch;
+use testkit::cloud::Random;
 
 pub(crate) const BLOCK: &str = include_str!("block.ron");
 
@@ -15,7 +15,7 @@ const VALUES: &str = "0 -0.0 -1 1 3 1e-3 1e-6 1e-300 1e300 1e6 1000 nan inf -inf
     0.4999999 0.5 None \"\" () [] (0,0,0) true Fixed \"\u{1b}[2J\" 120 0.01 -0.5";
 
 /// Changes a number, takes a key or a whole group out, or puts it in twice.
-pub(crate) fn changed(text: &str, random: &mut Random) -> String {
+fn changed(text: &str, random: &mut Random) -> String {
     let bytes = text.as_bytes();
     let starts: Vec<usize> = (1..bytes.len())
         .filter(|k| {
@@ -60,15 +60,22 @@ pub(crate) fn changed(text: &str, random: &mut Random) -> String {
     out
 }
 
-pub(crate) fn case(folder: &Path, random: &mut Random) -> Option<String> {
-    let mut text = if random.chance(0.5) { BLOCK } else { PAIR }.to_owned();
+/// A text changed once to four times, and broken in one of five cases.
+pub(crate) fn spoiled(text: &str, random: &mut Random) -> Vec<u8> {
+    let mut text = text.to_owned();
     for _ in 0..=random.below(3) {
         text = changed(&text, random);
     }
-    let mut bytes = text.into_bytes();
-    if random.chance(0.2) {
-        bytes = broken(bytes, random);
+    let bytes = text.into_bytes();
+    match random.chance(0.2) {
+        true => broken(bytes, random),
+        false => bytes,
     }
+}
+
+pub(crate) fn case(folder: &Path, random: &mut Random) -> Option<String> {
+    let text = if random.chance(0.5) { BLOCK } else { PAIR };
+    let mut bytes = spoiled(text, random);
     if random.chance(0.05) {
         bytes = [&b"\xef\xbb\xbf"[..], &bytes].concat();
     }

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::random::Random;
+use testkit::cloud::Random;
 
 /// A surface as files have it.
 #[derive(Clone, Default)]
@@ -144,7 +144,7 @@ pub(crate) fn body(random: &mut Random) -> (Surface, f64) {
         _ => {
             // A star of some points.
             let points = 3 + random.below(6);
-            let inner = random.between(0.3, 0.9);
+            let inner = random.range(0.3, 0.9);
             let corners: Vec<(f64, f64)> = (0..2 * points)
                 .map(|k| {
                     let angle = std::f64::consts::PI * k as f64 / points as f64;
@@ -157,7 +157,7 @@ pub(crate) fn body(random: &mut Random) -> (Surface, f64) {
     };
     if random.chance(0.3) {
         let squash =
-            [0, 1, 2].map(|_| 10_f64.powf(random.between(-3.0, 0.5) * random.between(0.0, 1.0)));
+            [0, 1, 2].map(|_| 10_f64.powf(random.range(-3.0, 0.5) * random.range(0.0, 1.0)));
         surface = surface.map(|p| p * DVec3::from_array(squash));
     }
     let mut volume = surface.volume();
@@ -187,17 +187,17 @@ pub(crate) fn body(random: &mut Random) -> (Surface, f64) {
         _ => {}
     }
     if random.chance(0.3) {
-        let angles = [0, 1].map(|_| random.between(0.0, 6.0));
+        let angles = [0, 1].map(|_| random.range(0.0, 6.0));
         let turn = DMat3::from_rotation_x(angles[0]) * DMat3::from_rotation_z(angles[1]);
         surface = surface.map(|p| turn * p);
     }
     if random.chance(0.3) {
-        let scale = 10_f64.powf(random.between(-4.0, 4.0));
+        let scale = 10_f64.powf(random.range(-4.0, 4.0));
         surface = surface.map(|p| scale * p);
         volume *= scale.powi(3);
     }
     if random.chance(0.2) {
-        let shift = surface.size() * random.between(-5.0, 5.0);
+        let shift = surface.size() * random.range(-5.0, 5.0);
         surface = surface.map(|p| p + shift);
     }
     (surface, volume)
@@ -217,7 +217,7 @@ pub(crate) fn spoil(surface: &mut Surface, random: &mut Random) -> bool {
         3 => surface
             .faces
             .push(vec![vertex, vertex, (vertex + 1) % vertices]),
-        4 => surface.vertices.push(size * random.between(-1e4, 1e4)),
+        4 => surface.vertices.push(size * random.range(-1e4, 1e4)),
         // Every face has vertices of its own.
         5 => {
             let old = surface.clone();
@@ -234,12 +234,12 @@ pub(crate) fn spoil(surface: &mut Surface, random: &mut Random) -> bool {
             return false;
         }
         7 => {
-            surface.vertices[vertex] += size * 10_f64.powf(random.between(-1.0, 7.0));
+            surface.vertices[vertex] += size * 10_f64.powf(random.range(-1.0, 7.0));
             return false;
         }
         8 => {
             for v in &mut surface.vertices {
-                *v += size * random.between(-0.1, 0.1);
+                *v += size * random.range(-0.1, 0.1);
             }
             return false;
         }

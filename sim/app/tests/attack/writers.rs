@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use crate::random::Random;
 use crate::shapes::Surface;
+use testkit::cloud::Random;
 
 /// A file's content and ending.
 pub(crate) fn written(surface: &Surface, random: &mut Random) -> (Vec<u8>, &'static str) {

@@ -148,17 +148,7 @@ fn many_cases() -> Vec<Case> {
         assert!(text.contains(from), "the scene has no '{from}'");
         text.replacen(from, to, 1)
     });
-    let json = r#"{
-  "version": 1,
-  "bodies": [
-    {"name": "a", "shape": {"Liver": {"width": -1}}, "dampin": 3},
-    {"name": "b", "shape": {"Bix": {"size": [1, 2, "3"]}}, "scale": true}
-  ],
-  "gravity": {"acceleration": [0, 0]},
-  "supports": [{}],
-  "integration": {"scheme": "Verlet", "duration": -2}
-}
-"#;
+    let json = include_str!("cases/many.json");
     let whole = r#"{"version": 1, "bodies": [{"shape": {"Liver": {"width": -1}}}], "name": "/"}"#;
     vec![
         given(
@@ -180,36 +170,14 @@ fn many_cases() -> Vec<Case> {
 }
 
 fn text_cases() -> Vec<Case> {
+    let half = &SCENE[..SCENE.len() / 2];
+    let line = "run scene.ron --out results";
     vec![
-        given(
-            "truncated scene",
-            &[("scene.ron", &SCENE[..SCENE.len() / 2])],
-            "run scene.ron --out results",
-        ),
-        given(
-            "empty scene",
-            &[("scene.ron", "")],
-            "run scene.ron --out results",
-        ),
-        given(
-            "something else",
-            &[("scene.ron", "# YAML\nbodies:\n  - liver\n")],
-            "check scene.ron",
-        ),
+        given("truncated scene", &[("scene.ron", half)], line),
         given(
             "not text",
             &[("scene.ron", [0xff, 0xfe, 0x00])],
             "check scene.ron",
-        ),
-        given(
-            "no body",
-            &[("scene.ron", "(version: 1, bodies: [])")],
-            "check scene.ron",
-        ),
-        given(
-            "too many rows of forces",
-            NOTHING,
-            "check press --set observe.force_rate=1e9",
         ),
     ]
 }

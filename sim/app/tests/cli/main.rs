@@ -101,8 +101,6 @@ fn sample_fills_a_mesh_with_nodes() {
     assert_eq!(again.status, 0, "{again:?}");
 }
 
-/// Ctrl-C ends a run between two steps, with a checkpoint to resume from; what it had written stays.
-#[cfg(unix)]
 #[test]
 fn an_image_colours_a_body() {
     let mut image = phyxel_splat::Frame::blank(1, 1);
@@ -132,6 +130,8 @@ fn an_image_colours_a_body() {
     assert!(blue("image: (file: \"blue.png\", size: 0.05)") > 500);
 }
 
+/// Ctrl-C ends a run between two steps, with a checkpoint to resume from; what it had written stays.
+#[cfg(unix)]
 #[test]
 fn an_interrupted_run_can_be_gone_on_with() {
     let sandbox = Sandbox::new(&[(

@@ -7,7 +7,7 @@ use phyxel_cli::live::Session;
 use phyxel_splat::Frame;
 use serde_json::json;
 
-use crate::chromium::{Chromium, base64};
+use crate::chromium::Chromium;
 use crate::page::{
     Live, anew, drop_of, middle, opened, pause, read_once_there, show, step, step_until,
     unloaded_and_paused,
@@ -29,10 +29,10 @@ const BITS: &str = "(() => { const p = stage.state.bodies[0].positions; \
 
 /// The canvas alone, without a user on it.
 fn canvas(browser: &mut Chromium) -> Vec<u8> {
-    let text = browser.evaluate(
-        "(() => { stage.fit(1); stage.renderer.draw(stage.camera, []); return stage.canvas.toDataURL('image/png') })()",
-    );
-    base64(text.as_str().unwrap().split_once(',').unwrap().1)
+    browser.bytes(
+        "(() => { stage.fit(1); stage.renderer.draw(stage.camera, []); \
+         return stage.canvas.toDataURL('image/png').split(',')[1] })()",
+    )
 }
 
 /// Draws the same state by the renderer of runs and compares pixels; the fraction of those alike.
@@ -56,16 +56,8 @@ fn compare(browser: &mut Chromium, live: &Live, number: u32) -> f64 {
 
 /// A target of the surfels that the page's card has carried: four numbers each.
 fn carried(browser: &mut Chromium, target: u32) -> Vec<f64> {
-    let text = browser.evaluate(&format!(
-        "(() => {{ const b = new Uint8Array(stage.renderer.bodies[0].carried({target}).slice().buffer); let s = ''; \
-         for (let k = 0; k < b.length; k += 8192) s += String.fromCharCode(...b.subarray(k, k + 8192)); \
-         return btoa(s) }})()"
-    ));
-    let bytes = base64(text.as_str().unwrap());
-    let numbers = bytes.chunks_exact(4);
-    numbers
-        .map(|b| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]])))
-        .collect()
+    let numbers = format!("[...stage.renderer.bodies[0].carried({target})]");
+    serde_json::from_value(browser.evaluate(&numbers)).unwrap()
 }
 
 /// Where the surfels of the page are, against those of a session that took the same steps; and where the page's own
@@ -82,7 +74,8 @@ fn compare_places(browser: &mut Chromium, scene: &Scene) {
     let size = bounds.size().length();
     let (painter, world) = session.drawing();
     painter.carry(world);
-    let (places, normals, _) = painter.surfels(0);
+    let splats = painter.skins()[0].splats();
+    let (places, normals) = (&splats.positions, &splats.normals);
     assert_eq!(centers.len(), 4 * places.len());
     let point = |numbers: &[f64], k: usize| glam::DVec3::from_slice(&numbers[4 * k..]);
     let (mut worst, mut turned) = (0.0, 1.0);

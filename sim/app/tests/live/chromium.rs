@@ -1,6 +1,5 @@
 //! A headless Chromium, driven through its `DevTools` socket.
 
-use std::io::Read;
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -201,7 +200,13 @@ impl Chromium {
     /// What the page looks like, as PNG.
     pub(crate) fn screenshot(&mut self) -> Vec<u8> {
         let shot = self.ask("Page.captureScreenshot", &json!({ "format": "png" }));
-        base64(shot["data"].as_str().unwrap())
+        self.bytes(&shot["data"].to_string())
+    }
+
+    /// Bytes of a text in base 64 (RFC 4648) that an expression gives.
+    pub(crate) fn bytes(&mut self, base64: &str) -> Vec<u8> {
+        let numbers = format!("[...atob({base64})].map((c) => c.charCodeAt(0))");
+        serde_json::from_value(self.evaluate(&numbers)).unwrap()
     }
 }
 
@@ -209,26 +214,5 @@ impl Drop for Chromium {
     fn drop(&mut self) {
         let _ = self.child.kill();
         let _ = self.child.wait();
-        if let Some(mut pipe) = self.child.stderr.take() {
-            let _ = pipe.read_to_end(&mut Vec::new());
-        }
     }
-}
-
-/// Bytes of a text in base 64 (RFC 4648).
-pub(crate) fn base64(text: &str) -> Vec<u8> {
-    let value = |c: u8| match c {
-        b'A'..=b'Z' => u32::from(c - b'A'),
-        b'a'..=b'z' => u32::from(c - b'a') + 26,
-        b'0'..=b'9' => u32::from(c - b'0') + 52,
-        b'+' => 62,
-        _ => 63,
-    };
-    let letters: Vec<u8> = text.bytes().filter(|&c| c != b'=').collect();
-    let mut bytes = Vec::new();
-    for four in letters.chunks(4) {
-        let sum = four.iter().fold(0, |sum, &c| sum << 6 | value(c)) << (6 * (4 - four.len()));
-        bytes.extend(&sum.to_be_bytes()[1..four.len()]);
-    }
-    bytes
 }

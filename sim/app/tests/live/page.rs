@@ -56,10 +56,8 @@ pub(crate) fn scene_of_mesh(file: &Path, scale: Option<f64>) -> Result<(Scene, S
          material: (youngs_modulus: 2e4, poissons_ratio: 0.4))], \
          integration: (duration: 1, settle: None))"
     );
-    let folder = tempfile::tempdir().unwrap();
-    let scene = folder.path().join("dropped.ron");
-    std::fs::write(&scene, text).unwrap();
-    let scene = phyxel_scene::load(&scene, &[]).map_err(|error| error.to_string())?;
+    let scene = phyxel_scene::from_text(&text, "dropped", "", &[]);
+    let scene = scene.map_err(|error| error.to_string())?;
     Ok((scene, "dropped".to_owned()))
 }
 

@@ -11,6 +11,7 @@ use phyxel_cli::run::{RunOptions, replay};
 use phyxel_live::Server;
 use phyxel_scene::Override;
 use tempfile::tempdir;
+use testkit::cloud::Random;
 
 /// A small liver, without the tray.
 pub(crate) fn liver(nodes: u32, surfels: u32) -> Scene {
@@ -24,21 +25,9 @@ pub(crate) fn liver(nodes: u32, surfels: u32) -> Scene {
     phyxel_scene::embedded("liver", &changes).unwrap()
 }
 
-/// Numbers without order, 0 to 1: xorshift (Marsaglia 2003).
-struct Noise(u64);
-
-impl Noise {
-    fn next(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        let value = (self.0 >> 11) as f64;
-        value / 9_007_199_254_740_992.0
-    }
-
-    fn within(&mut self, low: DVec3, high: DVec3) -> DVec3 {
-        low + (high - low) * DVec3::new(self.next(), self.next(), self.next())
-    }
+/// A point (m) of the box between two corners (m).
+fn within(random: &mut Random, low: DVec3, high: DVec3) -> DVec3 {
+    low + (high - low) * DVec3::from_array([0, 1, 2].map(|_| random.unit()))
 }
 
 fn settle(session: &mut Session) {
@@ -88,9 +77,10 @@ fn resident() -> Option<f64> {
 fn a_scripted_session_holds_and_its_recording_repeats_it_to_the_bit() {
     let mut session = at_rest();
     let [low, high] = corners(&session);
-    let (mut noise, mut lost) = (Noise(88_172_645_463_325_252), 0);
+    let (mut random, mut lost) = (Random::new(1), 0);
     let mut megabytes: Vec<f64> = Vec::new();
     let (mut passed, mut next, mut done) = (0.0, 0.0, 0);
+    let mut point = || within(&mut random, low, high);
     while passed < seconds() {
         if passed >= next {
             next += 0.3;
@@ -100,21 +90,21 @@ fn a_scripted_session_holds_and_its_recording_repeats_it_to_the_bit() {
                 session.reset();
             }
             match done % 5 {
-                0 => session.grip(noise.within(low, high), 0.02),
+                0 => session.grip(point(), 0.02),
                 1 => {
-                    session.pull(noise.within(low, high));
+                    session.pull(point());
                     session.let_go();
-                    let place = noise.within(low, high);
+                    let place = point();
                     session.put_tool(
                         0,
                         Some(Pose::at(DVec3::new(place.x, place.y, high.z + 0.03))),
                     );
                 }
-                2 => session.lead_tool(0, Pose::at(noise.within(low, high))),
+                2 => session.lead_tool(0, Pose::at(point())),
                 _ => {
                     session.put_tool(0, None);
                     // From above, to somewhere inside.
-                    let (a, b) = (noise.within(low, high), noise.within(low, high));
+                    let (a, b) = (point(), point());
                     let edge = |p: DVec3| vec![DVec3::new(p.x, p.y, high.z + 0.01), p];
                     assert!(session.begin_stroke(edge(a)));
                     let way = (b - a).clamp_length_max(0.04);
@@ -315,7 +305,7 @@ fn strokes_are_undone_one_by_one() {
     let [low, high] = corners(&session);
     let (mut before, mut after) = (Vec::new(), Vec::new());
     let state = |session: &Session| {
-        let surfels = session.painter().tissue(0).surfels();
+        let surfels = session.painter().skins()[0].tissue.surfels();
         let sums = surfels
             .positions
             .iter()

@@ -1,63 +1,35 @@
 //! Mistakes of scenes, each reported with its position.
 
+use testkit::cloud::Random;
+
 use super::*;
 use crate::text::read::finished;
 use crate::text::tree::line_column;
 
-/// A value out of range is reported with its position; of several the first by the order of checks.
+/// A mistake is reported with its position; of several the first by the order of checks, and what is compared with a value
+/// that is at fault is not reported in its stead.
 #[test]
-fn a_value_that_is_wrong_is_told_at_its_place() {
-    for (line, what, text) in [
-        (
-            1,
-            "bodies[0].shape.width is -1",
-            "(version: 1, bodies: [(shape: Liver(width: -1))])",
-        ),
-        (
-            2,
-            "bodies[1].material.density is 0",
-            "(version: 1, bodies: [(shape: Liver(width: 1)), (name: \"b\", shape: Liver(width: 1),
-                material: (density: 0, poissons_ratio: 1))])",
-        ),
-        (
-            2,
-            "integration.duration is -1",
-            "(version: 1, bodies: [(shape: Liver(width: 1))],
-                integration: (duration: -1))",
-        ),
-    ] {
-        let told = read(text).expect_err(what).to_string();
+fn a_mistake_is_told_at_its_place_and_not_its_consequence() {
+    // Line | what is said | the scene's keys, a liver where `BODY` stands, `\n` for a line's end. Among them a tool of a body
+    // whose name is misread, a cut that would end too late, a tube round nothing.
+    let cases = r#"
+        1 | bodies[0].shape.width is -1 | bodies: [(shape: Liver(width: -1))]
+        2 | bodies[1].material.density is 0 | bodies: [(BODY), (name: "b", BODY,\n material: (density: 0, poissons_ratio: 1))]
+        2 | integration.duration is -1 | bodies: [(BODY)],\n integration: (duration: -1)
+        1 | bodies[0].name is 7 | bodies: [(name: 7, BODY)], cuts: [(body: "liver", CUT (time: 2, position: (1, 0, 0))])]
+        2 | integration.duration is -5 | bodies: [(BODY)], cuts: [(CUT (time: 20, position: (1, 0, 0))])],\n integration: (duration: -5)
+        1 | bodies[0].shape.inner_radius is NaN | bodies: [(shape: Tube(from: (0, 0, 0), to: (0, 0, 1), inner_radius: NaN, outer_radius: 1))]
+        1 | unknown key 'nam' in bodies[1] (did you mean 'name'?) | bodies: [(BODY), (BODY, nam: "b")]
+        1 | unknown choice 'Livre' in bodies[0].shape (did you mean 'Liver'?) | bodies: [(shape: Livre(width: 0.1))]"#;
+    for case in cases.trim().lines() {
+        let [line, culprit, keys] = case.split('|').map(str::trim).collect::<Vec<_>>()[..] else {
+            panic!("three parts in '{case}'");
+        };
+        let keys = keys.replace("BODY", "shape: Liver(width: 0.1)");
+        let keys = keys.replace("CUT", "edge: [(0, 0, 0), (0, 0, 1)], path: [(time: 1),");
+        let text = format!("(version: 1, {keys})").replace("\\n", "\n");
+        let told = read(&text).expect_err(culprit).to_string();
         assert!(told.starts_with(&format!("test.ron:{line}:")), "{told}");
-        assert!(told.contains(what), "{told}");
-    }
-}
-
-/// What is compared with a value that is at fault is not reported in its stead.
-#[test]
-fn a_mistake_is_told_and_not_its_consequence() {
-    for (text, culprit) in [
-        // A tool of a body whose name is misread, a cut that would end too late, a tube round nothing.
-        (
-            "(version: 1, bodies: [(name: 7, shape: Liver(width: 0.1))], cuts: [(body: \"liver\", edge: [(0, 0, 0), (0, 0, 1)],
-                path: [(time: 1), (time: 2, position: (1, 0, 0))])], integration: (duration: 5))",
-            "bodies[0].name is 7",
-        ),
-        (
-            "(version: 1, bodies: [(shape: Liver(width: 0.1))], cuts: [(edge: [(0, 0, 0), (0, 0, 1)],
-                path: [(time: 1), (time: 20, position: (1, 0, 0))])], integration: (duration: -5))",
-            "integration.duration is -5",
-        ),
-        (
-            "(version: 1, bodies: [(shape: Tube(from: (0, 0, 0), to: (0, 0, 1), inner_radius: NaN, outer_radius: 1))])",
-            "bodies[0].shape.inner_radius is NaN",
-        ),
-        (
-            "(version: 1, bodies: [(shape: Liver(width: 0.1)), (shape: Liver(width: 0.1), nam: \"b\")])",
-            "unknown key 'nam' in bodies[1] (did you mean 'name'?)",
-        ),
-        ("(version: 1, bodies: [(shape: Livre(width: 0.1))])", "unknown choice 'Livre' in bodies[0].shape (did you mean 'Liver'?)"),
-    ] {
-        let told = read(text).expect_err("one mistake").to_string();
         assert!(told.contains(culprit), "{told}");
     }
 }
@@ -65,13 +37,8 @@ fn a_mistake_is_told_and_not_its_consequence() {
 /// Whichever value of a scene is broken, and in whichever way, the message names it at its position.
 #[test]
 fn every_broken_value_has_its_message() {
-    let mut seed = 7_u64;
-    let mut random = |below: usize| {
-        seed = seed
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        usize::try_from(seed >> 33).expect("31 bits") % below
-    };
+    let mut random = Random::new(7);
+    let mut random = |below: usize| random.below(below);
     let folder = tempfile::tempdir().expect("a folder");
     for round in 0..400 {
         let embedded = &EMBEDDED[random(EMBEDDED.len())];
@@ -123,45 +90,32 @@ fn every_broken_value_has_its_message() {
 /// Damage at any byte gives a scene or an error with a position inside the text, never a panic.
 #[test]
 fn damaged_text_gives_lines_with_places() {
-    let read = |text: &str| read(text);
-    assert!(failures(LIVER, &['(', '\u{e9}'], read) > LIVER.len());
-}
-
-/// The same of JSON.
-#[test]
-fn damaged_json_gives_lines_with_places() {
     let scene = embedded("minimal", &[]).expect("it is valid");
-    let text = serde_json::to_string_pretty(&scene).expect("JSON says it");
-    let read = |text: &str| {
-        let json = Syntax::Json;
-        finished(text, json, "test.json", "".as_ref(), &[])
-    };
-    assert!(failures(&text, &['{', '"', '\u{e9}'], read) > text.len());
-}
-
-/// How many damages at all characters of a text are reported.
-fn failures(
-    text: &str,
-    put_in: &[char],
-    read: impl Fn(&str) -> Result<Scene, SceneError>,
-) -> usize {
-    let lines = text.lines().count();
-    let mut failed = 0;
-    for (at, c) in text.char_indices() {
-        let (before, after) = (&text[..at], &text[at + c.len_utf8()..]);
-        let put_in = put_in.iter().map(|c| format!("{before}{c}{after}"));
-        let damaged = [format!("{before}{after}"), before.to_owned()];
-        for damaged in damaged.into_iter().chain(put_in) {
-            let Err(error) = read(&damaged) else { continue };
-            failed += 1;
-            let told = error.to_string();
-            assert!(!told.contains('\n'), "damage at {at}: {told}");
-            let SceneError::Text(TextError::At { place, .. }) = error else {
-                panic!("damage at {at}: {told}");
-            };
-            let (line, _) = place.position.expect("the text is at hand");
-            assert!((1..=lines + 1).contains(&line), "damage at {at}: {told}");
+    let json = serde_json::to_string_pretty(&scene).expect("JSON says it");
+    let texts: [(&str, Syntax, &[char]); 2] = [
+        (LIVER, Syntax::Ron, &['(', '\u{e9}']),
+        (&json, Syntax::Json, &['{', '"', '\u{e9}']),
+    ];
+    for (text, syntax, put_in) in texts {
+        let lines = text.lines().count();
+        let mut failed = 0;
+        for (at, c) in text.char_indices() {
+            let (before, after) = (&text[..at], &text[at + c.len_utf8()..]);
+            let put_in = put_in.iter().map(|c| format!("{before}{c}{after}"));
+            let damaged = [format!("{before}{after}"), before.to_owned()];
+            for damaged in damaged.into_iter().chain(put_in) {
+                let read = finished(&damaged, syntax, "test", "".as_ref(), &[]);
+                let Err(error) = read else { continue };
+                failed += 1;
+                let told = error.to_string();
+                assert!(!told.contains('\n'), "damage at {at}: {told}");
+                let SceneError::Text(TextError::At { place, .. }) = error else {
+                    panic!("damage at {at}: {told}");
+                };
+                let (line, _) = place.position.expect("the text is at hand");
+                assert!((1..=lines + 1).contains(&line), "damage at {at}: {told}");
+            }
         }
+        assert!(failed > text.len(), "{failed} damages are reported");
     }
-    failed
 }
