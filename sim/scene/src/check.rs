@@ -1,14 +1,5 @@
 //! What a scene's values must be: checked once, so that nothing later meets a surprise.
 
-/// What settings of another crate find at fault in themselves, reported with their position in the scene.
-macro_rules! tell {
-    ($checks:expr, $place:expr, $bad:expr) => {
-        for bad in $bad {
-            $checks.within($place, &bad.field, bad.found, bad.must);
-        }
-    };
-}
-
 mod body;
 mod event;
 mod faults;
@@ -23,6 +14,9 @@ pub use faults::Fault;
 use faults::{Checks, triple};
 use file::rigid;
 pub use suggest::{DidYouMean, nearest};
+
+/// Hint for what makes a thing larger than its shape says.
+const SCALE: &str = ", 1 for the size that the shape says";
 
 impl Scene {
     /// Checks every value, so that nothing later meets a surprise.
@@ -62,73 +56,48 @@ impl Scene {
         observe(checks, scene);
         if let Some(settings) = &scene.pictures {
             pictures(checks, settings);
-            limited(
-                checks,
-                "pictures.rate",
-                settings.rate,
-                MOST_FRAMES,
-                scene,
-                "frames",
-            );
+            let (path, rate) = ("pictures.rate", settings.rate);
+            limited(checks, path, rate, MOST_FRAMES, scene, "frames");
         }
         all.first()
     }
 }
 
 fn whole(checks: &mut Checks, scene: &Scene) {
-    checks.require(
-        scene.version == VERSION,
-        "version",
-        scene.version,
-        format_args!("this program reads version {VERSION}"),
-    );
-    checks.require(
-        is_file_name(&scene.name),
-        "name",
-        format_args!("'{}'", scene.name),
-        "it names the output folder: use letters, digits, '-', '_', '.' or spaces, and begin with \
-         a letter or digit",
-    );
-    checks.require(
-        !scene.bodies.is_empty(),
-        "bodies",
-        "empty",
-        "a scene needs one body at least, such as (shape: Liver(width: 0.166))",
-    );
-    checks.require(
-        scene.bodies.len() <= MOST_BODIES,
-        "bodies",
-        format_args!("a list of {}", scene.bodies.len()),
-        format_args!("a scene may have {MOST_BODIES} at most"),
-    );
+    let (version, name, bodies) = (scene.version, &scene.name, scene.bodies.len());
+    let must = format_args!("this program reads version {VERSION}");
+    checks.require(version == VERSION, "version", version, must);
+    let must = "it names the output folder: use letters, digits, '-', '_', '.' or spaces, and begin with \
+         a letter or digit";
+    checks.require(is_file_name(name), "name", format_args!("'{name}'"), must);
+    let must = "a scene needs one body at least, such as (shape: Liver(width: 0.166))";
+    checks.require(bodies > 0, "bodies", "empty", must);
+    let found = format_args!("a list of {bodies}");
+    let must = format_args!("a scene may have {MOST_BODIES} at most");
+    checks.require(bodies <= MOST_BODIES, "bodies", found, must);
 }
 
 fn observe(checks: &mut Checks, scene: &Scene) {
-    let rate = scene.observe.history_rate;
-    checks.positive("observe.history_rate", rate, " (1/s)");
-    limited(
-        checks,
-        "observe.history_rate",
-        rate,
+    let mut rate = |field: &str, rate: f64, most: f64, what: &str| {
+        let path = format!("observe.{field}");
+        checks.positive(&path, rate, " (1/s)");
+        limited(checks, &path, rate, most, scene, what);
+    };
+    rate(
+        "history_rate",
+        scene.observe.history_rate,
         MOST_ROWS,
-        scene,
         "rows",
     );
-    let rate = scene.observe.force_rate;
-    checks.positive("observe.force_rate", rate, " (1/s)");
-    if !scene.tools.is_empty() {
-        limited(checks, "observe.force_rate", rate, MOST_ROWS, scene, "rows");
-    }
-    if let Some(rate) = scene.observe.state_rate {
-        checks.positive("observe.state_rate", rate, " (1/s)");
-        limited(
-            checks,
-            "observe.state_rate",
-            rate,
-            MOST_FRAMES,
-            scene,
-            "states",
-        );
+    // Without a tool there are no rows.
+    let most = if scene.tools.is_empty() {
+        f64::INFINITY
+    } else {
+        MOST_ROWS
+    };
+    rate("force_rate", scene.observe.force_rate, most, "rows");
+    if let Some(states) = scene.observe.state_rate {
+        rate("state_rate", states, MOST_FRAMES, "states");
     }
     if let Some(period) = scene.observe.checkpoint {
         checks.positive("observe.checkpoint", period, " (s)");
@@ -145,16 +114,11 @@ const MOST_FRAMES: f64 = 1e5;
 const MOST_PIXELS: u64 = 1 << 26;
 
 fn limited(checks: &mut Checks, path: &str, rate: f64, most: f64, scene: &Scene, what: &str) {
-    let count = rate * (scene.integration.duration);
-    checks.require(
-        count <= most,
-        path,
-        rate,
-        format_args!(
-            "over {} s it makes {count:.2e} {what} and the limit is {most:.0e}",
-            scene.integration.duration
-        ),
-    );
+    let duration = scene.integration.duration;
+    let count = rate * duration;
+    let must =
+        format_args!("over {duration} s it makes {count:.2e} {what} and the limit is {most:.0e}");
+    checks.require(count <= most, path, rate, must);
 }
 
 fn is_file_name(name: &str) -> bool {
@@ -178,17 +142,11 @@ fn unique<'a>(checks: &mut Checks, path: &str, names: impl Iterator<Item = &'a s
 }
 
 fn integration(checks: &mut Checks, settings: &Integration) {
-    checks.not_negative(
-        "integration.duration",
-        settings.duration,
-        " (s after settling)",
-    );
-    checks.require(
-        settings.step_factor > 0.0 && settings.step_factor <= 1.0,
-        "integration.step_factor",
-        settings.step_factor,
-        "it must be above 0 and at most 1, the largest stable step",
-    );
+    let (path, hint) = ("integration.duration", " (s after settling)");
+    checks.not_negative(path, settings.duration, hint);
+    let (path, factor) = ("integration.step_factor", settings.step_factor);
+    let must = "it must be above 0 and at most 1, the largest stable step";
+    checks.require(factor > 0.0 && factor <= 1.0, path, factor, must);
     if let Some(settle) = settings.settle {
         checks.positive("integration.settle.speed", settle.speed, " (m/s)");
         checks.positive("integration.settle.limit", settle.limit, " (s)");
@@ -205,11 +163,12 @@ fn contact(checks: &mut Checks, scene: &Scene) {
     if let Between::Pairs(pairs) = &contact.between {
         for (index, pair) in pairs.iter().enumerate() {
             let path = format!("contact.between[{index}]");
+            let of = |field: &str| format!("{path}.{field}");
             for name in [&pair.bodies.0, &pair.bodies.1] {
-                body_name(checks, &format!("{path}.bodies"), Some(name), &scene.bodies);
+                body_name(checks, &of("bodies"), Some(name), &scene.bodies);
             }
             if let Some(friction) = pair.friction {
-                checks.not_negative(format_args!("{path}.friction"), friction, "");
+                checks.not_negative(of("friction"), friction, "");
             }
             let (a, b) = &pair.bodies;
             checks.require(
@@ -244,83 +203,66 @@ fn stepping(checks: &mut Checks, scene: &Scene) {
         settings.scheme
     {
         checks.positive("integration.scheme.step", step, " (s), such as 0.01");
-        checks.require(
-            tolerance > 0.0 && tolerance < 1.0,
-            "integration.scheme.tolerance",
-            tolerance,
-            "it must be above 0 and below 1, such as 1e-4",
-        );
+        let path = "integration.scheme.tolerance";
+        let must = "it must be above 0 and below 1, such as 1e-4";
+        checks.require(tolerance > 0.0 && tolerance < 1.0, path, tolerance, must);
     }
     if settings.scheme.step().is_none() {
         return;
     }
     for (index, body) in scene.bodies.iter().enumerate() {
-        checks.require(
-            body.damping_ratio == 0.0,
-            format_args!("bodies[{index}].damping_ratio"),
+        let path = format_args!("bodies[{index}].damping_ratio");
+        let (ratio, must) = (
             body.damping_ratio,
             "implicit schemes have no viscous damping; set it to 0",
         );
+        checks.require(ratio == 0.0, path, ratio, must);
     }
     for (index, tool) in scene.tools.iter().enumerate() {
-        checks.require(
-            tool.release.is_none(),
-            format_args!("tools[{index}].release"),
-            "given",
-            "implicit schemes have tools on paths only; take an explicit scheme",
-        );
+        let path = format_args!("tools[{index}].release");
+        let must = "implicit schemes have tools on paths only; take an explicit scheme";
+        checks.require(tool.release.is_none(), path, "given", must);
     }
 }
 
 fn pictures(checks: &mut Checks, pictures: &Pictures) {
     for (name, size) in [("width", pictures.width), ("height", pictures.height)] {
-        checks.require(
-            size >= 16,
-            format_args!("pictures.{name}"),
-            size,
-            "it must be 16 pixels or more",
-        );
+        let (path, must) = (format!("pictures.{name}"), "it must be 16 pixels or more");
+        checks.require(size >= 16, path, size, must);
     }
     let pixels = u64::from(pictures.width) * u64::from(pictures.height);
-    checks.require(
-        pixels <= MOST_PIXELS,
-        "pictures.width",
-        pictures.width,
-        format_args!("with the height it makes {pixels} pixels; the limit is {MOST_PIXELS}"),
-    );
-    checks.require(
-        [1, 2, 4].contains(&pictures.samples),
-        "pictures.samples",
-        pictures.samples,
-        "it must be 1, 2 or 4",
-    );
+    let (path, width) = ("pictures.width", pictures.width);
+    let must = format_args!("with the height it makes {pixels} pixels; the limit is {MOST_PIXELS}");
+    checks.require(pixels <= MOST_PIXELS, path, width, must);
+    let (path, samples) = ("pictures.samples", pictures.samples);
+    let fits = [1, 2, 4].contains(&samples);
+    checks.require(fits, path, samples, "it must be 1, 2 or 4");
     if let Some(behind) = pictures.background {
         checks.color("pictures.background.top", behind.top);
         checks.color("pictures.background.bottom", behind.bottom);
     }
     checks.positive("pictures.rate", pictures.rate, " (frames per second)");
-    checks.require(
-        pictures.splat_scale > 0.0 && pictures.splat_scale <= 1.0,
-        "pictures.splat_scale",
-        pictures.splat_scale,
-        "it must be above 0 and 1 at most",
-    );
+    let (path, scale) = ("pictures.splat_scale", pictures.splat_scale);
+    let must = "it must be above 0 and 1 at most";
+    checks.require(scale > 0.0 && scale <= 1.0, path, scale, must);
     for (index, mesh) in pictures.meshes.iter().enumerate() {
         rigid(checks, &format!("pictures.meshes[{index}]"), mesh);
     }
     if let Show::Normals { length } = pictures.show {
         checks.positive("pictures.show.length", length, " (m)");
     }
-    match pictures.color {
-        Coloring::Tissue => {}
-        Coloring::Displacement { most } => checks.positive("pictures.color.most", most, " (m)"),
-        Coloring::Stress { most } => checks.positive("pictures.color.most", most, " (Pa)"),
-        Coloring::Curvature { most } => checks.positive("pictures.color.most", most, " (1/m)"),
-    }
+    let (most, unit) = match pictures.color {
+        Coloring::Tissue => (1.0, ""),
+        Coloring::Displacement { most } => (most, " (m)"),
+        Coloring::Stress { most } => (most, " (Pa)"),
+        Coloring::Curvature { most } => (most, " (1/m)"),
+    };
+    checks.positive("pictures.color.most", most, unit);
     view(checks, pictures.view);
 }
 
 fn view(checks: &mut Checks, view: View) {
+    let of = |field: &str| format!("pictures.view.{field}");
     match view {
         View::Around {
             azimuth,
@@ -328,39 +270,24 @@ fn view(checks: &mut Checks, view: View) {
             zoom,
             ..
         } => {
-            checks.require(
-                azimuth.is_finite(),
-                "pictures.view.azimuth",
-                azimuth,
-                "it must be finite (degrees)",
-            );
-            checks.require(
-                (-90.0..=90.0).contains(&elevation),
-                "pictures.view.elevation",
-                elevation,
-                "it must be from -90 (below) to 90 (above)",
-            );
-            checks.positive("pictures.view.zoom", zoom, ", 1 fits the bodies");
+            let must = "it must be finite (degrees)";
+            checks.require(azimuth.is_finite(), of("azimuth"), azimuth, must);
+            let must = "it must be from -90 (below) to 90 (above)";
+            checks.within(of("elevation"), elevation, -90.0..=90.0, must);
+            checks.positive(of("zoom"), zoom, ", 1 fits the bodies");
         }
         View::Explicit {
             eye,
             target,
             field_of_view,
         } => {
-            checks.finite("pictures.view.eye", eye);
-            checks.finite("pictures.view.target", target);
-            checks.require(
-                eye != target,
-                "pictures.view.target",
-                triple(target),
-                "it must differ from the eye",
-            );
-            checks.require(
-                field_of_view > 0.0 && field_of_view < 180.0,
-                "pictures.view.field_of_view",
-                field_of_view,
-                "it must be above 0 and below 180 (degrees)",
-            );
+            checks.finite(of("eye"), eye);
+            checks.finite(of("target"), target);
+            let must = "it must differ from the eye";
+            checks.require(eye != target, of("target"), triple(target), must);
+            let fits = field_of_view > 0.0 && field_of_view < 180.0;
+            let must = "it must be above 0 and below 180 (degrees)";
+            checks.require(fits, of("field_of_view"), field_of_view, must);
         }
     }
 }

@@ -1,71 +1,49 @@
 //! Bodies: shape, sampling, motion and looks.
 
 use glam::DVec3;
+use phyxel_elastic::BadSetting;
 
-use super::Checks;
 use super::file::{existing_file, scale};
 use super::shapes::{refinement, region, shape};
+use super::{Checks, SCALE};
 use crate::{
     Body, CutRule, Dilatation, Form, Method, RadiusRule, Shape, SurfelSettings, SurfelSpacing,
     SurfelTarget, Target,
 };
 
 pub(super) fn body(checks: &mut Checks, path: &str, body: &Body) {
-    shape(checks, &format!("{path}.shape"), &body.shape);
-    checks.finite(format_args!("{path}.position"), body.position);
-    checks.finite(format_args!("{path}.rotation"), body.rotation);
-    checks.positive(
-        format_args!("{path}.scale"),
-        body.scale,
-        ", 1 for the size that the shape says",
-    );
+    let of = |field: &str| format!("{path}.{field}");
+    shape(checks, &of("shape"), &body.shape);
+    checks.finite(of("position"), body.position);
+    checks.finite(of("rotation"), body.rotation);
+    checks.positive(of("scale"), body.scale, SCALE);
     sampling(checks, path, body);
     material(checks, path, body);
     method(checks, path, body);
-    cut_rule(checks, &format!("{path}.cut_rule"), body.cut_rule);
-    checks.require(
-        (0.0..=1.0).contains(&body.damping_ratio),
-        format_args!("{path}.damping_ratio"),
-        body.damping_ratio,
-        "it must lie between 0 (none) and 1 (critical damping of the stiffest mode)",
-    );
-    checks.require(
-        (0.0..=0.1).contains(&body.moved_mass),
-        format_args!("{path}.moved_mass"),
-        body.moved_mass,
-        "it must lie between 0 (none) and 0.1 (a tenth of the mass); 0.003 lengthens steps by a third",
-    );
-    checks.finite(format_args!("{path}.velocity"), body.velocity);
-    checks.not_negative(format_args!("{path}.damping"), body.damping, " (1/s)");
-    surfels(
-        checks,
-        &format!("{path}.surfels"),
-        &body.surfels,
-        &body.shape,
-    );
+    cut_rule(checks, &of("cut_rule"), body.cut_rule);
+    let must = "it must lie between 0 (none) and 1 (critical damping of the stiffest mode)";
+    checks.within(of("damping_ratio"), body.damping_ratio, 0.0..=1.0, must);
+    let must = "it must lie between 0 (none) and 0.1 (a tenth of the mass); 0.003 lengthens steps by a third";
+    checks.within(of("moved_mass"), body.moved_mass, 0.0..=0.1, must);
+    checks.finite(of("velocity"), body.velocity);
+    checks.not_negative(of("damping"), body.damping, " (1/s)");
+    surfels(checks, &of("surfels"), &body.surfels, &body.shape);
 }
 
-fn sampling(checks: &mut Checks, of: &str, body: &Body) {
-    let path = &format!("{of}.sampling");
+fn sampling(checks: &mut Checks, path: &str, body: &Body) {
+    let path = &format!("{path}.sampling");
+    let of = |field: &str| format!("{path}.{field}");
     let sampling = &body.sampling;
     const FEWEST_NODES: u32 = 4;
     let limit = sampling.limit;
-    checks.require(
-        limit >= FEWEST_NODES,
-        format_args!("{path}.limit"),
-        limit,
-        format_args!("a body needs {FEWEST_NODES} nodes at least"),
-    );
-    checks.require(
-        (1.0..=32.0).contains(&sampling.coarsest),
-        format_args!("{path}.coarsest"),
-        sampling.coarsest,
-        "it must be from 1 (the same everywhere) to 32",
-    );
+    let must = format_args!("a body needs {FEWEST_NODES} nodes at least");
+    checks.require(limit >= FEWEST_NODES, of("limit"), limit, must);
+    let must = "it must be from 1 (the same everywhere) to 32";
+    checks.within(of("coarsest"), sampling.coarsest, 1.0..=32.0, must);
     for (index, refined) in sampling.refine.iter().enumerate() {
         refinement(checks, &format!("{path}.refine[{index}]"), refined);
     }
-    let target = format!("{path}.target");
+    let target = of("target");
     match sampling.target {
         Target::Nodes(count) => checks.require(
             (FEWEST_NODES..=limit).contains(&count),
@@ -96,12 +74,12 @@ fn sampling(checks: &mut Checks, of: &str, body: &Body) {
                 ));
         }
         Target::Spacing(spacing) => {
-            checks.require(
+            let found = format!("Spacing({spacing:?})");
+            let (fits, must) = (
                 spacing.is_finite() && spacing > 0.0,
-                &target,
-                format_args!("Spacing({spacing:?})"),
                 "it must be above 0 (m), such as 0.006 for an organ",
             );
+            checks.require(fits, &target, &found, must);
             let Some(volume) = body.rough_volume() else {
                 return;
             };
@@ -110,7 +88,7 @@ fn sampling(checks: &mut Checks, of: &str, body: &Body) {
             checks.require(
                 nodes <= f64::from(limit),
                 &target,
-                format_args!("Spacing({spacing:?})"),
+                found,
                 format_args!(
                     "it would make about {nodes:.2e} nodes and {path}.limit is {limit}; use \
                      {wider:.2e} m or more, or raise the limit"
@@ -121,85 +99,62 @@ fn sampling(checks: &mut Checks, of: &str, body: &Body) {
 }
 
 fn surfels(checks: &mut Checks, path: &str, surfels: &SurfelSettings, shape: &Shape) {
+    let of = |field: &str| format!("{path}.{field}");
     const MOST_RANGE: f64 = 100.0;
-    let target = format!("{path}.target");
+    const MOST_NEIGHBORS: u32 = 64;
+    let target = of("target");
     match surfels.target {
-        SurfelTarget::Count(count) | SurfelTarget::Shared(count) => checks.require(
-            (1..=SurfelSettings::MOST).contains(&count),
-            target,
-            count,
-            format_args!("it must be from 1 to {}", SurfelSettings::MOST),
-        ),
-        SurfelTarget::Density(density) => checks.require(
-            density.is_finite() && density > 0.0,
-            target,
-            format_args!("Density({density:?})"),
-            "it must be above 0 (1/m^2), such as 3e5",
-        ),
+        SurfelTarget::Count(count) | SurfelTarget::Shared(count) => {
+            let must = format_args!("it must be from 1 to {}", SurfelSettings::MOST);
+            checks.within(target, count, 1..=SurfelSettings::MOST, must);
+        }
+        SurfelTarget::Density(density) => {
+            let fits = density.is_finite() && density > 0.0;
+            let must = "it must be above 0 (1/m^2), such as 3e5";
+            checks.require(fits, target, format_args!("Density({density:?})"), must);
+        }
     }
     if let Some(points) = &surfels.points {
-        existing_file(
-            checks,
-            &format!("{path}.points.file"),
-            &points.file,
-            "a text file of points",
-        );
-        scale(checks, &format!("{path}.points.scale"), points.scale);
+        let what = "a text file of points";
+        existing_file(checks, &of("points.file"), &points.file, what);
+        scale(checks, &of("points.scale"), points.scale);
     }
     if let SurfelSpacing::Curvature { range } = surfels.spacing {
-        checks.require(
-            (1.0..=MOST_RANGE).contains(&range),
-            format_args!("{path}.spacing.range"),
-            range,
-            format_args!("it must be from 1 to {MOST_RANGE}, such as 3"),
-        );
+        let must = format_args!("it must be from 1 to {MOST_RANGE}, such as 3");
+        checks.within(of("spacing.range"), range, 1.0..=MOST_RANGE, must);
     }
     if let Some(density) = surfels.cut_density {
-        checks.positive(format_args!("{path}.cut_density"), density, " (1/m^2)");
+        checks.positive(of("cut_density"), density, " (1/m^2)");
     }
-    const MOST_NEIGHBORS: u32 = 64;
-    checks.require(
-        (1..=MOST_NEIGHBORS).contains(&surfels.nodes),
-        format_args!("{path}.nodes"),
-        surfels.nodes,
-        format_args!("it must be from 1 to {MOST_NEIGHBORS}"),
-    );
-    checks.not_negative(format_args!("{path}.opening"), surfels.opening, " (m)");
-    radius(checks, &format!("{path}.radius"), surfels.radius);
-    checks.color(&format!("{path}.color"), surfels.color);
-    checks.color(&format!("{path}.cut_color"), surfels.cut_color);
-    checks.require(
-        !surfels.textured || matches!(shape, Shape::Mesh { .. }),
-        format_args!("{path}.textured"),
-        surfels.textured,
-        "only a shape from a mesh file comes with a texture",
-    );
-    checks.require(
-        !surfels.textured || surfels.image.is_none(),
-        format_args!("{path}.image"),
-        "given",
-        "the surface has the images of its mesh file already; take this or `textured`",
-    );
+    let must = format_args!("it must be from 1 to {MOST_NEIGHBORS}");
+    checks.within(of("nodes"), surfels.nodes, 1..=MOST_NEIGHBORS, must);
+    checks.not_negative(of("opening"), surfels.opening, " (m)");
+    radius(checks, &of("radius"), surfels.radius);
+    checks.color(&of("color"), surfels.color);
+    checks.color(&of("cut_color"), surfels.cut_color);
+    if surfels.textured {
+        let must = "only a shape from a mesh file comes with a texture";
+        let is_mesh = matches!(shape, Shape::Mesh { .. });
+        checks.require(is_mesh, of("textured"), true, must);
+        let must = "the surface has the images of its mesh file already; take this or `textured`";
+        checks.require(surfels.image.is_none(), of("image"), "given", must);
+    }
     for (name, image) in [("image", &surfels.image), ("cut_image", &surfels.cut_image)] {
         if let Some(image) = image {
-            existing_file(
-                checks,
-                &format!("{path}.{name}.file"),
-                &image.file,
-                "a PNG file",
-            );
-            checks.positive(format_args!("{path}.{name}.size"), image.size, " (m)");
+            let of = |field: &str| format!("{path}.{name}.{field}");
+            existing_file(checks, &of("file"), &image.file, "a PNG file");
+            checks.positive(of("size"), image.size, " (m)");
         }
     }
 }
 
 fn cut_rule(checks: &mut Checks, path: &str, rule: CutRule) {
+    let of = |field: &str| format!("{path}.{field}");
     match rule {
-        CutRule::Diffraction { influence_radius } => checks.positive(
-            format_args!("{path}.influence_radius"),
-            influence_radius,
-            ", in mean lengths of pairs, such as 2",
-        ),
+        CutRule::Diffraction { influence_radius } => {
+            let hint = ", in mean lengths of pairs, such as 2";
+            checks.positive(of("influence_radius"), influence_radius, hint);
+        }
         CutRule::Visibility => {}
         CutRule::Grid {
             spacing,
@@ -210,14 +165,14 @@ fn cut_rule(checks: &mut Checks, path: &str, rule: CutRule) {
                 let fits = <[u32; 3]>::from(cells).iter().all(|count| *count > 0);
                 checks.require(
                     fits && spacing.is_none(),
-                    format_args!("{path}.cells"),
+                    of("cells"),
                     format_args!("{cells:?}"),
                     "give one cell or more along each axis, and no spacing beside them",
                 );
             }
             for (name, length) in [("spacing", spacing), ("inflate", inflate)] {
                 if let Some(length) = length {
-                    checks.positive(format_args!("{path}.{name}"), length, " (m)");
+                    checks.positive(of(name), length, " (m)");
                 }
             }
         }
@@ -225,40 +180,34 @@ fn cut_rule(checks: &mut Checks, path: &str, rule: CutRule) {
 }
 
 fn radius(checks: &mut Checks, path: &str, rule: RadiusRule) {
+    let of = |field: &str| format!("{path}.{field}");
     match rule {
         RadiusRule::Covering => {}
-        RadiusRule::Constant(radius) => checks.require(
-            radius.is_finite() && radius > 0.0,
-            path,
-            format_args!("Constant({radius:?})"),
-            "it must be above 0 (m), such as 0.002",
-        ),
+        RadiusRule::Constant(radius) => {
+            let (fits, found) = (
+                radius.is_finite() && radius > 0.0,
+                format_args!("Constant({radius:?})"),
+            );
+            checks.require(fits, path, found, "it must be above 0 (m), such as 0.002");
+        }
         RadiusRule::Mapped {
             neighbors,
             least,
             most,
             ..
         } => {
-            checks.require(
-                (3..=64).contains(&neighbors),
-                format_args!("{path}.neighbors"),
-                neighbors,
-                "it must be from 3 to 64",
-            );
-            checks.positive(format_args!("{path}.least"), least, " (m)");
-            checks.require(
-                most.is_finite() && most >= least,
-                format_args!("{path}.most"),
-                most,
-                format_args!("it must be at least the smallest radius, {least} m"),
-            );
+            let must = "it must be from 3 to 64";
+            checks.within(of("neighbors"), neighbors, 3..=64, must);
+            checks.positive(of("least"), least, " (m)");
+            let must = format_args!("it must be at least the smallest radius, {least} m");
+            checks.require(most.is_finite() && most >= least, of("most"), most, must);
         }
     }
 }
 
 /// A body's material and its inclusions.
 fn material(checks: &mut Checks, path: &str, body: &Body) {
-    tell!(checks, &format!("{path}.material"), body.material.check());
+    told(checks, &format!("{path}.material"), body.material.check());
     for (index, part) in body.inclusions.iter().enumerate() {
         let path = format!("{path}.inclusions[{index}]");
         region(checks, &format!("{path}.region"), &part.region);
@@ -270,7 +219,15 @@ fn material(checks: &mut Checks, path: &str, body: &Body) {
             "poissons_ratio" | "model.share" => part.poissons_ratio.is_some(),
             field => part.fiber.is_some() && field.starts_with("fiber."),
         });
-        tell!(checks, &path, bad);
+        told(checks, &path, bad);
+    }
+}
+
+/// What a group of settings at a key path finds at fault in itself.
+fn told(checks: &mut Checks, group: &str, all: Vec<BadSetting>) {
+    for bad in all {
+        let path = format_args!("{group}.{}", bad.field);
+        checks.require(false, path, bad.found, bad.must);
     }
 }
 
@@ -284,39 +241,21 @@ fn method(checks: &mut Checks, path: &str, body: &Body) {
     else {
         return;
     };
+    let of = |field: &str| format!("{path}.{field}");
     // A gradient in space needs so many neighbours at least.
     const FEWEST: u32 = 4;
     const MOST: u32 = 1000;
-    let place = format!("{path}.method");
-    for (name, count) in [
-        ("nearest", Some(nearest)),
-        ("neighbor_limit", neighbor_limit),
-    ] {
-        let Some(count) = count else { continue };
-        checks.require(
-            (FEWEST..=MOST).contains(&count),
-            format_args!("{place}.{name}"),
-            count,
-            format_args!("it must be from {FEWEST} to {MOST}"),
-        );
+    let must = format_args!("it must be from {FEWEST} to {MOST}");
+    checks.within(of("method.nearest"), nearest, FEWEST..=MOST, must);
+    if let Some(limit) = neighbor_limit {
+        checks.within(of("method.neighbor_limit"), limit, FEWEST..=MOST, must);
     }
-    checks.require(
-        (0.5..=10.0).contains(&support_scale),
-        format_args!("{place}.support_scale"),
-        support_scale,
-        "it must be from 0.5 to 10, such as 1.5",
-    );
-    let material = &body.material;
-    checks.require(
-        material.stabilization == 0.0,
-        format_args!("{path}.material.stabilization"),
-        material.stabilization,
-        "the method Dissertation has no hourglass stabilization; set it to 0",
-    );
-    checks.require(
-        material.dilatation == Dilatation::Local,
-        format_args!("{path}.material.dilatation"),
-        "Mean",
-        "the method Dissertation has Local only",
-    );
+    let must = "it must be from 0.5 to 10, such as 1.5";
+    checks.within(of("method.support_scale"), support_scale, 0.5..=10.0, must);
+    let (path, found) = (of("material.stabilization"), body.material.stabilization);
+    let must = "the method Dissertation has no hourglass stabilization; set it to 0";
+    checks.require(found == 0.0, path, found, must);
+    let is_local = body.material.dilatation == Dilatation::Local;
+    let must = "the method Dissertation has Local only";
+    checks.require(is_local, of("material.dilatation"), "Mean", must);
 }

@@ -3,55 +3,44 @@
 use super::file::rigid;
 use super::shapes::{region, tool_shape};
 use super::suggest::{DidYouMean, nearest};
-use super::{Checks, triple};
+use super::{Checks, SCALE, triple};
 use crate::{Body, Capture, Cut, Key, Scene, Support, SupportMotion, Tool};
 
 pub(super) fn support(checks: &mut Checks, path: &str, support: &Support, bodies: &[Body]) {
-    body_name(
-        checks,
-        &format!("{path}.body"),
-        support.body.as_deref(),
-        bodies,
-    );
-    region(checks, &format!("{path}.region"), &support.region);
+    let of = |field: &str| format!("{path}.{field}");
+    let body = support.body.as_deref();
+    body_name(checks, &of("body"), body, bodies);
+    region(checks, &of("region"), &support.region);
     match &support.motion {
         SupportMotion::Fixed => {}
         SupportMotion::Driven { path: keys } => {
-            keys_in_order(checks, &format!("{path}.motion.path"), keys, 1);
+            keys_in_order(checks, &of("motion.path"), keys, 1);
         }
     }
 }
 
 pub(super) fn tool(checks: &mut Checks, path: &str, tool: &Tool, bodies: &[Body]) {
-    body_name(
-        checks,
-        &format!("{path}.body"),
-        tool.body.as_deref(),
-        bodies,
-    );
-    tool_shape(checks, &format!("{path}.shape"), &tool.shape);
+    let of = |field: &str| format!("{path}.{field}");
+    let body = tool.body.as_deref();
+    body_name(checks, &of("body"), body, bodies);
+    tool_shape(checks, &of("shape"), &tool.shape);
     if let Some(looks) = &tool.looks {
-        rigid(checks, &format!("{path}.looks"), looks);
+        rigid(checks, &of("looks"), looks);
     }
-    checks.finite(format_args!("{path}.position"), tool.position);
-    checks.positive(
-        format_args!("{path}.scale"),
-        tool.scale,
-        ", 1 for the size that the shape says",
-    );
-    let keys = format!("{path}.path");
+    checks.finite(of("position"), tool.position);
+    checks.positive(of("scale"), tool.scale, SCALE);
+    let keys = of("path");
     keys_in_order(checks, &keys, &tool.path, 0);
-    checks.not_negative(format_args!("{path}.friction"), tool.friction, "");
+    checks.not_negative(of("friction"), tool.friction, "");
     if let Some(penalty) = tool.penalty {
-        checks.positive(format_args!("{path}.penalty"), penalty, " (N/m^3)");
+        checks.positive(of("penalty"), penalty, " (N/m^3)");
     }
     let Some(release) = &tool.release else {
         return;
     };
-    let place = format!("{path}.release");
-    checks.positive(format_args!("{place}.mass"), release.mass, " (kg)");
-    checks.finite(format_args!("{place}.force"), release.force);
-    checks.not_negative(format_args!("{place}.damping"), release.damping, " (1/s)");
+    checks.positive(of("release.mass"), release.mass, " (kg)");
+    checks.finite(of("release.force"), release.force);
+    checks.not_negative(of("release.damping"), release.damping, " (1/s)");
     checks.require(
         tool.path.len() <= 1,
         keys,
@@ -60,20 +49,17 @@ pub(super) fn tool(checks: &mut Checks, path: &str, tool: &Tool, bodies: &[Body]
     );
     checks.require(
         tool.body.is_some() || bodies.len() == 1,
-        &place,
+        of("release"),
         format_args!("a tool that touches {} bodies", bodies.len()),
         format_args!("a released tool touches one body; name it in {path}.body"),
     );
 }
 
 pub(super) fn cut(checks: &mut Checks, path: &str, cut: &Cut, scene: &Scene) {
-    body_name(
-        checks,
-        &format!("{path}.body"),
-        cut.body.as_deref(),
-        &scene.bodies,
-    );
-    let edge = format!("{path}.edge");
+    let of = |field: &str| format!("{path}.{field}");
+    let body = cut.body.as_deref();
+    body_name(checks, &of("body"), body, &scene.bodies);
+    let edge = of("edge");
     checks.require(
         cut.edge.len() >= 2,
         &edge,
@@ -84,16 +70,15 @@ pub(super) fn cut(checks: &mut Checks, path: &str, cut: &Cut, scene: &Scene) {
         checks.finite(format_args!("{edge}[{index}]"), point);
     }
     for (index, pair) in cut.edge.windows(2).enumerate() {
-        checks.require(
-            pair[0] != pair[1],
-            format_args!("{edge}[{}]", index + 1),
-            triple(pair[1]),
+        let (path, must) = (
+            format!("{edge}[{}]", index + 1),
             "it equals the point before it",
         );
+        checks.require(pair[0] != pair[1], path, triple(pair[1]), must);
     }
-    keys_in_order(checks, &format!("{path}.path"), &cut.path, 2);
+    let keys = &of("path");
+    keys_in_order(checks, keys, &cut.path, 2);
     let duration = scene.integration.duration;
-    let keys = &format!("{path}.path");
     let (first, last) = match cut.path.as_slice() {
         [first, .., last] => (first.time, last.time),
         _ => (0.0, 0.0), // too few, as has been reported
@@ -105,40 +90,24 @@ pub(super) fn cut(checks: &mut Checks, path: &str, cut: &Cut, scene: &Scene) {
         last,
         format_args!("the scene ends at integration.duration, {duration} s"),
     );
-    let capture = format!("{path}.capture");
+    let capture = of("capture");
     let (name, value, such_as, count) = match cut.capture {
-        Capture::Rate(rate) => (
-            "Rate",
-            rate,
-            "above 0 (1/s), such as 60",
-            rate * (last - first),
-        ),
-        Capture::Distance(distance) => (
-            "Distance",
-            distance,
-            "above 0 (m), such as 0.002",
-            cut.way() / distance,
-        ),
+        Capture::Rate(rate) => ("Rate", rate, " (1/s), such as 60", rate * (last - first)),
+        Capture::Distance(far) => ("Distance", far, " (m), such as 0.002", cut.way() / far),
         // How many these make is known once the nodes are.
-        Capture::Spacing(share) => ("Spacing", share, "above 0, such as 0.15", 0.0),
+        Capture::Spacing(share) => ("Spacing", share, ", such as 0.15", 0.0),
     };
-    checks.require(
+    let (fits, found) = (
         value.is_finite() && value > 0.0,
-        &capture,
-        format_args!("{name}({value:?})"),
-        format_args!("it must be {such_as}"),
+        format!("{name}({value:?})"),
     );
-    checks.require(
-        count <= Capture::MOST,
-        &capture,
-        format_args!("{name}({value:?})"),
-        format_args!(
-            "it makes {count:.2e} captures; the limit is {:.0e}",
-            Capture::MOST
-        ),
-    );
+    let must = format_args!("it must be above 0{such_as}");
+    checks.require(fits, &capture, &found, must);
+    let most = Capture::MOST;
+    let must = format_args!("it makes {count:.2e} captures; the limit is {most:.0e}");
+    checks.require(count <= most, &capture, found, must);
     if let Some(tolerance) = cut.weld_tolerance {
-        checks.not_negative(format_args!("{path}.weld_tolerance"), tolerance, " (m)");
+        checks.not_negative(of("weld_tolerance"), tolerance, " (m)");
     }
 }
 
@@ -150,15 +119,9 @@ pub(super) fn body_name(checks: &mut Checks, path: &str, name: Option<&str>, bod
         return;
     }
     let hint = DidYouMean(nearest(name, names.iter().copied()));
-    checks.require(
-        false,
-        path,
-        format_args!("'{name}'"),
-        format_args!(
-            "no body has this name{hint}; bodies are {}",
-            names.join(", ")
-        ),
-    );
+    let names = names.join(", ");
+    let must = format_args!("no body has this name{hint}; bodies are {names}");
+    checks.require(false, path, format_args!("'{name}'"), must);
 }
 
 /// Keys of a path, `fewest` at least, must be finite and follow each other.
@@ -176,14 +139,9 @@ pub(super) fn keys_in_order(checks: &mut Checks, path: &str, keys: &[Key], fewes
         checks.finite(of("rotation"), key.rotation);
     }
     for (index, pair) in keys.windows(2).enumerate() {
-        checks.require(
-            pair[0].time < pair[1].time,
-            format_args!("{path}[{}].time", index + 1),
-            pair[1].time,
-            format_args!(
-                "it must be later than the key before, at {} s",
-                pair[0].time
-            ),
-        );
+        let [before, after] = [pair[0].time, pair[1].time];
+        let path = format!("{path}[{}].time", index + 1);
+        let must = format_args!("it must be later than the key before, at {before} s");
+        checks.require(before < after, path, after, must);
     }
 }

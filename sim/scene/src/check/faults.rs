@@ -1,6 +1,7 @@
 //! The checks of single values, each with the path of the value and what it must be.
 
 use std::fmt::Display;
+use std::ops::RangeInclusive;
 
 use glam::DVec3;
 
@@ -41,13 +42,15 @@ impl Checks {
         }
     }
 
-    /// What a group of settings at the key path `place` finds at fault in itself: `path` runs from the group on; an
-    /// empty one is the group.
-    pub(super) fn within(&mut self, place: &str, path: &str, found: String, must: String) {
-        match path {
-            "" => self.require(false, place, found, must),
-            path => self.require(false, format_args!("{place}.{path}"), found, must),
-        }
+    /// A number of a range.
+    pub(super) fn within<T: PartialOrd + Display>(
+        &mut self,
+        path: impl Display,
+        value: T,
+        range: RangeInclusive<T>,
+        must: impl Display,
+    ) {
+        self.require(range.contains(&value), path, value, must);
     }
 
     /// The first fault.

@@ -6,11 +6,8 @@ use super::Checks;
 use crate::RigidMesh;
 
 pub(super) fn scale(checks: &mut Checks, path: &str, scale: f64) {
-    checks.positive(
-        path,
-        scale,
-        " (metres per unit of the file), such as 0.001 for millimetres",
-    );
+    let hint = " (metres per unit of the file), such as 0.001 for millimetres";
+    checks.positive(path, scale, hint);
 }
 
 pub(super) fn existing_file(checks: &mut Checks, path: &str, file: &Path, what: &str) {
@@ -34,9 +31,10 @@ fn kind_of(metadata: &std::fs::Metadata) -> &'static str {
 
 /// A rigid surface that is only drawn.
 pub(super) fn rigid(checks: &mut Checks, path: &str, mesh: &RigidMesh) {
-    existing_file(checks, &format!("{path}.file"), &mesh.file, "a mesh file");
-    scale(checks, &format!("{path}.scale"), mesh.scale);
-    checks.finite(format_args!("{path}.position"), mesh.position);
-    checks.finite(format_args!("{path}.rotation"), mesh.rotation);
-    checks.color(&format!("{path}.color"), mesh.color);
+    let of = |field: &str| format!("{path}.{field}");
+    existing_file(checks, &of("file"), &mesh.file, "a mesh file");
+    scale(checks, &of("scale"), mesh.scale);
+    checks.finite(of("position"), mesh.position);
+    checks.finite(of("rotation"), mesh.rotation);
+    checks.color(&of("color"), mesh.color);
 }

@@ -28,12 +28,9 @@ pub(super) fn shape(checks: &mut Checks, path: &str, shape: &Shape) {
             let must = "it must differ from 'from', the other end of the axis";
             checks.require(from != to, of("to"), triple(*to), must);
             checks.positive(of("inner_radius"), *inner_radius, " (m)");
-            checks.require(
-                outer_radius.is_finite() && outer_radius > inner_radius,
-                of("outer_radius"),
-                outer_radius,
-                format_args!("it must be above the inner radius, {inner_radius} m"),
-            );
+            let fits = outer_radius.is_finite() && outer_radius > inner_radius;
+            let must = format_args!("it must be above the inner radius, {inner_radius} m");
+            checks.require(fits, of("outer_radius"), outer_radius, must);
         }
         Shape::Mesh {
             file,
@@ -50,15 +47,12 @@ pub(super) fn shape(checks: &mut Checks, path: &str, shape: &Shape) {
 }
 
 pub(super) fn refinement(checks: &mut Checks, path: &str, refined: &Refinement) {
-    checks.finite(format_args!("{path}.from"), refined.from);
-    checks.finite(format_args!("{path}.to"), refined.to);
-    checks.not_negative(format_args!("{path}.radius"), refined.radius, " (m)");
-    checks.require(
-        (1.0 / 32.0..=1.0).contains(&refined.factor),
-        format_args!("{path}.factor"),
-        refined.factor,
-        "it must be from 1/32 to 1, such as 0.5 for half the distance",
-    );
+    let of = |field: &str| format!("{path}.{field}");
+    checks.finite(of("from"), refined.from);
+    checks.finite(of("to"), refined.to);
+    checks.not_negative(of("radius"), refined.radius, " (m)");
+    let must = "it must be from 1/32 to 1, such as 0.5 for half the distance";
+    checks.within(of("factor"), refined.factor, 1.0 / 32.0..=1.0, must);
 }
 
 pub(super) fn tool_shape(checks: &mut Checks, path: &str, shape: &ToolShape) {
@@ -85,13 +79,9 @@ pub(super) fn region(checks: &mut Checks, path: &str, region: &Region) {
         Region::Box { min, max } => {
             checks.finite(of("min"), min);
             checks.finite(of("max"), max);
-            let low = triple(min);
-            checks.require(
-                min.cmple(max).all(),
-                of("max"),
-                triple(max),
-                format_args!("each of its numbers must be at least that of min, {low}"),
-            );
+            let (fits, low) = (min.cmple(max).all(), triple(min));
+            let must = format_args!("each of its numbers must be at least that of min, {low}");
+            checks.require(fits, of("max"), triple(max), must);
         }
         Region::Sphere { center, radius } => {
             checks.finite(of("center"), center);

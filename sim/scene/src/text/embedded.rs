@@ -61,8 +61,3 @@ pub const EMBEDDED: &[Embedded] = embedded! {
     "liver-181-dissertation" "liver-181 in the dissertation's model"
         "liver-181" "dissertation-unlimited"
 };
-
-/// The embedded scene `name`.
-pub(super) fn find(name: &str) -> Option<&'static Embedded> {
-    EMBEDDED.iter().find(|scene| scene.name == name)
-}

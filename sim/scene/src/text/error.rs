@@ -4,7 +4,8 @@ use std::fmt;
 use std::io;
 use std::path::PathBuf;
 
-use crate::DidYouMean;
+use super::embedded::EMBEDDED;
+use crate::{DidYouMean, nearest};
 
 /// A text that cannot be used: what is wrong with it, where, and the remedy.
 #[derive(Debug, thiserror::Error)]
@@ -42,16 +43,12 @@ pub enum SceneError {
     /// No embedded scene has this name.
     #[error(
         "no embedded scene is called '{name}'{}; there is {}",
-        DidYouMean(*.nearest),
-        embedded.join(", ")
+        DidYouMean(nearest(.name, EMBEDDED.iter().map(|scene| scene.name))),
+        EMBEDDED.iter().map(|scene| scene.name).collect::<Vec<_>>().join(", ")
     )]
     NoSuchScene {
         /// The name asked for.
         name: String,
-        /// The name most like it.
-        nearest: Option<&'static str>,
-        /// Every name.
-        embedded: Vec<&'static str>,
     },
     /// The text or an override is not as it must be.
     #[error(transparent)]
@@ -82,38 +79,7 @@ pub struct OverrideError {
     /// The override as given.
     pub text: String,
     /// What is wrong with it.
-    pub problem: OverrideProblem,
-}
-
-/// Why an override cannot be applied.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum OverrideProblem {
-    /// There is no `=`.
-    #[error("write it as path.to.key=value, such as bodies[0].material.density=1000")]
-    NoEquals,
-    /// The left side, this, is no key path.
-    #[error("'{0}' is not a key path such as bodies[0].material.density")]
-    NoPath(String),
-    /// The right side, this, is no RON value.
-    #[error("'{0}' is not one RON value")]
-    NoValue(String),
-    /// The list is shorter.
-    #[error("{path}[{index}] is not there: {path} has {length}, counted from 0")]
-    NoEntry {
-        /// Path of the list.
-        path: String,
-        /// Its length.
-        length: usize,
-        /// The index asked for.
-        index: usize,
-    },
-    /// A value without parts, at this path, lies on the way.
-    #[error("{0} has no such part to set")]
-    NoPart(String),
-    /// The text with the override no longer fits the format.
-    #[error("{0}")]
-    Format(String),
+    pub problem: String,
 }
 
 /// Where something is wrong.

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::ops::Range;
 
-use super::error::{OverrideError, OverrideProblem, Place};
+use super::error::{OverrideError, Place};
 use super::key_path::{KeyPath, Segment};
 use super::tree::{Content, Node, Syntax, line_column};
 
@@ -21,18 +21,26 @@ impl Override {
     /// [`OverrideError`] if there is no `=`, no key path before it or no single RON value
     /// after it.
     pub fn parse(text: &str) -> Result<Self, OverrideError> {
-        let error = |problem| OverrideError {
+        let error = |problem: String| OverrideError {
             text: shortened(text),
             problem,
         };
-        let (path, value) = text
-            .split_once('=')
-            .ok_or_else(|| error(OverrideProblem::NoEquals))?;
+        let such_as = "bodies[0].material.density";
+        let no_equals = || {
+            error(format!(
+                "write it as path.to.key=value, such as {such_as}=1000"
+            ))
+        };
+        let (path, value) = text.split_once('=').ok_or_else(no_equals)?;
         let (path, value) = (path.trim(), value.trim());
-        let no_path = || error(OverrideProblem::NoPath(shortened(path)));
+        let shown = shortened(path);
+        let no_path = || error(format!("'{shown}' is not a key path such as {such_as}"));
         let path = KeyPath::parse(path).ok_or_else(no_path)?;
         if Node::read(value).is_none() {
-            return Err(error(OverrideProblem::NoValue(shortened(value))));
+            return Err(error(format!(
+                "'{}' is not one RON value",
+                shortened(value)
+            )));
         }
         Ok(Self {
             path,
@@ -66,10 +74,9 @@ impl Override {
     /// The text with the value instead of what stands at the path, or added where nothing does.
     ///
     /// # Errors
-    /// [`OverrideProblem`] if there is nothing to set there.
-    pub fn apply(&self, text: &str) -> Result<String, OverrideProblem> {
-        let no_tree = || OverrideProblem::NoPart("the text".to_owned());
-        let tree = Node::read(text).ok_or_else(no_tree)?;
+    /// Words that say why there is nothing to set there.
+    pub fn apply(&self, text: &str) -> Result<String, String> {
+        let tree = Node::read(text).ok_or_else(|| no_part("the text"))?;
         let changed = |span: Range<usize>, by: &str| {
             let mut text = text.to_owned();
             text.replace_range(span, by);
@@ -91,13 +98,12 @@ impl Override {
                 }
                 (Content::Leaf, Segment::Key(_)) if &text[all.clone()] == "None" => (all, "(", ")"),
                 (Content::List(items) | Content::Tuple { items, .. }, Segment::Index(index)) => {
-                    return Err(OverrideProblem::NoEntry {
-                        path: above,
-                        length: items.len(),
-                        index: *index,
-                    });
+                    let length = items.len();
+                    return Err(format!(
+                        "{above}[{index}] is not there: {above} has {length}, counted from 0"
+                    ));
                 }
-                _ => return Err(OverrideProblem::NoPart(above)),
+                _ => return Err(no_part(&above)),
             };
             let added = self.nested(depth, &above)?;
             return Ok(changed(span, &format!("{before}{added}{after}")));
@@ -106,11 +112,11 @@ impl Override {
     }
 
     /// The value wrapped in the keys from `depth` on.
-    fn nested(&self, depth: usize, above: &str) -> Result<String, OverrideProblem> {
+    fn nested(&self, depth: usize, above: &str) -> Result<String, String> {
         let mut text = self.value.clone();
         for (from_end, segment) in self.path.0[depth..].iter().rev().enumerate() {
             let Segment::Key(key) = segment else {
-                return Err(OverrideProblem::NoPart(above.to_owned()));
+                return Err(no_part(above));
             };
             text = if from_end == 0 {
                 format!("{key}: {text}")
@@ -126,6 +132,11 @@ impl fmt::Display for Override {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}={}", self.path, self.value)
     }
+}
+
+/// A value without parts, at this path, lies on the way.
+fn no_part(path: &str) -> String {
+    format!("{path} has no such part to set")
 }
 
 /// A long text's beginning, for messages of one line.

@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 
 use serde::de::DeserializeOwned;
 
-use super::embedded::{self, EMBEDDED};
-use super::error::{OverrideError, OverrideProblem, Place, SceneError, TextError};
+use super::embedded::EMBEDDED;
+use super::error::{OverrideError, Place, SceneError, TextError};
 use super::file::read_text;
 use super::overrides::{Override, place_of, shortened};
 use super::tree::{Syntax, line_column, options};
 use super::values::read;
-use crate::{Scene, Shape, nearest};
+use crate::{Scene, Shape};
 
 /// What messages call a scene's text.
 const WHOLE: &str = "the scene";
@@ -68,10 +68,9 @@ pub fn load(file: impl AsRef<Path>, overrides: &[Override]) -> Result<Scene, Sce
 /// # Errors
 /// [`SceneError::NoSuchScene`], or what [`load`] says of overrides.
 pub fn embedded(name: &str, overrides: &[Override]) -> Result<Scene, SceneError> {
-    let scene = embedded::find(name).ok_or_else(|| SceneError::NoSuchScene {
+    let scene = EMBEDDED.iter().find(|scene| scene.name == name);
+    let scene = scene.ok_or_else(|| SceneError::NoSuchScene {
         name: name.to_owned(),
-        nearest: nearest(name, EMBEDDED.iter().map(|scene| scene.name)),
-        embedded: EMBEDDED.iter().map(|scene| scene.name).collect(),
     })?;
     let origin = format!("scene '{}'", scene.name);
     from_text(scene.text, &origin, "", overrides)
@@ -108,8 +107,7 @@ pub(crate) fn finished(
         };
         // With all defaults written out, whatever can be set is there to be replaced.
         let changed = change.apply(&to_ron(&scene)).map_err(error)?;
-        scene = read(&changed, Syntax::Ron, WHOLE)
-            .map_err(|misread| error(OverrideProblem::Format(misread.problem)))?;
+        scene = read(&changed, Syntax::Ron, WHOLE).map_err(|misread| error(misread.problem))?;
     }
     resolve(&mut scene, folder);
     scene.validate().map_err(|fault| TextError::At {

@@ -32,8 +32,7 @@ impl Syntax {
     }
 
     /// Where values stand; nothing where brackets or separators do not fit.
-    #[must_use]
-    pub fn tree(self, text: &str) -> Option<Node> {
+    pub(crate) fn tree(self, text: &str) -> Option<Node> {
         match self {
             Self::Ron => Node::read(text),
             Self::Json => Node::read_json(text),
@@ -48,33 +47,26 @@ pub(crate) fn options() -> ron::Options {
 
 /// A value in the text.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Node {
+pub(crate) struct Node {
     /// Bytes of the whole value, its name included.
-    pub span: Range<usize>,
+    pub(crate) span: Range<usize>,
     /// What it is made of.
-    pub content: Content,
+    pub(crate) content: Content,
 }
 
 /// What a value is made of.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Content {
+pub(crate) enum Content {
     /// `Name(key: value, ..)`, in JSON `{"key": value, ..}` with `quoted` keys; `open` is the byte after the
     /// bracket.
     Struct {
-        /// Byte after the bracket.
         open: usize,
-        /// Whether keys are in quotes.
         quoted: bool,
         /// Keys, where they stand, and their values.
         fields: Vec<(String, Range<usize>, Node)>,
     },
-    /// `Name(value, ..)`
-    Tuple {
-        /// Whether a name stands before the bracket.
-        named: bool,
-        /// The values.
-        items: Vec<Node>,
-    },
+    /// `Name(value, ..)`, or `(value, ..)` if it is not `named`.
+    Tuple { named: bool, items: Vec<Node> },
     /// `[value, ..]`
     List(Vec<Node>),
     /// A number, string, unit or anything else.
@@ -83,8 +75,7 @@ pub enum Content {
 
 impl Node {
     /// The tree of a text in RON; nothing where brackets or separators do not fit.
-    #[must_use]
-    pub fn read(text: &str) -> Option<Self> {
+    pub(crate) fn read(text: &str) -> Option<Self> {
         let mut reader = Reader::new(text, false);
         while reader.rest().starts_with("#!") {
             reader.at += reader.rest().find(']')? + 1;
@@ -94,14 +85,12 @@ impl Node {
     }
 
     /// The same of a text in JSON.
-    #[must_use]
-    pub fn read_json(text: &str) -> Option<Self> {
+    pub(crate) fn read_json(text: &str) -> Option<Self> {
         Reader::new(text, true).whole()
     }
 
     /// The value seen through `Some(..)` and other names around a single value, `{"Name": ..}` in JSON.
-    #[must_use]
-    pub fn inner(&self) -> &Self {
+    pub(crate) fn inner(&self) -> &Self {
         match &self.content {
             Content::Tuple { named: true, items } if items.len() == 1 => items[0].inner(),
             Content::Struct {
@@ -119,8 +108,7 @@ impl Node {
     }
 
     /// The value one step down.
-    #[must_use]
-    pub fn child(&self, segment: &Segment) -> Option<&Self> {
+    pub(crate) fn child(&self, segment: &Segment) -> Option<&Self> {
         match (&self.inner().content, segment) {
             (Content::Struct { fields, .. }, Segment::Key(key)) => fields
                 .iter()
@@ -135,8 +123,7 @@ impl Node {
 
     /// Byte at which the value of `path` starts; that of the nearest value above it which is
     /// written out where it is not.
-    #[must_use]
-    pub fn place_of(&self, path: &KeyPath) -> usize {
+    pub(crate) fn place_of(&self, path: &KeyPath) -> usize {
         let mut node = self;
         for segment in &path.0 {
             match node.child(segment) {
