@@ -1,9 +1,10 @@
 //! Who may come in: single-use codes, the session's token, where a request says it comes from.
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use crate::http::Head;
+use crate::locked;
 
 /// Random bytes of a code or a token: not to be guessed.
 const SECRET_BYTES: usize = 16;
@@ -31,7 +32,7 @@ impl Gate {
     /// A new code, good for one exchange.
     pub(crate) fn code(&self) -> Result<String, getrandom::Error> {
         let code = secret()?;
-        let mut codes = self.codes.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut codes = locked(&self.codes);
         codes.retain(|(_, made)| made.elapsed() < CODE_LIFE);
         if codes.len() == MOST_CODES {
             codes.remove(0);
@@ -46,7 +47,7 @@ impl Gate {
         if self.knows(code) {
             return Some(&self.token);
         }
-        let mut codes = self.codes.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut codes = locked(&self.codes);
         let known = codes
             .iter()
             .position(|(known, made)| same(known, code) && made.elapsed() < CODE_LIFE)?;
@@ -73,21 +74,15 @@ pub(crate) fn is_from_here(head: &Head) -> bool {
     if !["127.0.0.1", "localhost", "[::1]"].contains(&name) {
         return false;
     }
-    let origin_fits = match head.count("origin") {
-        // Programs send none; browsers always do when they open a socket.
-        0 => true,
-        _ => head
-            .only("origin")
-            .and_then(|origin| origin.strip_prefix("http://"))
-            .is_some_and(|origin| origin == host),
+    let fits = |name: &str, good: &dyn Fn(&str) -> bool| {
+        head.count(name) == 0 || head.only(name).is_some_and(good)
     };
-    let site_fits = match head.count("sec-fetch-site") {
-        0 => true,
-        _ => head
-            .only("sec-fetch-site")
-            .is_some_and(|site| site == "same-origin" || site == "none"),
-    };
-    origin_fits && site_fits
+    // Programs send no origin; browsers always do when they open a socket.
+    fits("origin", &|origin| {
+        origin.strip_prefix("http://") == Some(host)
+    }) && fits("sec-fetch-site", &|site| {
+        site == "same-origin" || site == "none"
+    })
 }
 
 fn secret() -> Result<String, getrandom::Error> {

@@ -6,6 +6,9 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use glam::{DMat3, DQuat, DVec2, DVec3, Vec3};
+use testkit::cloud::Random;
+
 use crate::incoming::{Hand, HandPhase, Incoming, decode};
 use crate::outgoing::{
     BodyState, ClipOf, ForceSample, GRIP, StateMessage, Surfel, ToolState, encode_clips,
@@ -23,12 +26,12 @@ fn outgoing() -> Vec<(&'static str, Vec<u8>)> {
         put_surfel(
             &mut numbers,
             &Surfel {
-                position: [x, 0.25, -0.5],
+                position: DVec3::new(x, 0.25, -0.5),
                 radius: 0.125,
-                normal: [0.0, 0.6, 0.8],
+                normal: DVec3::new(0.0, 0.6, 0.8),
                 material: 1,
-                shape: [1.0, 2.0, 3.0],
-                color: [0.5, 0.25, 0.125],
+                shape: DVec3::new(1.0, 2.0, 3.0),
+                color: Vec3::new(0.5, 0.25, 0.125),
                 nodes: &[k, k + 1],
                 weights: &[0.75, 0.25],
                 slopes: &[[1.5, -1.5], [-1.5, 1.5]],
@@ -38,28 +41,30 @@ fn outgoing() -> Vec<(&'static str, Vec<u8>)> {
     let clips = [
         ClipOf {
             surfel: 4,
-            anchor: [0.5, 0.25],
-            edges: &[([0.0, 1.0], 0.75)],
-            walls: &[[[1.0, 2.0], [3.0, 4.0]], [[5.0, 6.0], [7.0, 8.0]]],
+            anchor: DVec2::new(0.5, 0.25),
+            edges: &[(DVec2::Y, 0.75)],
+            walls: &[
+                [DVec2::new(1.0, 2.0), DVec2::new(3.0, 4.0)],
+                [DVec2::new(5.0, 6.0), DVec2::new(7.0, 8.0)],
+            ],
         },
         ClipOf {
             surfel: 5,
-            anchor: [0.0, 0.0],
+            anchor: DVec2::ZERO,
             edges: &[],
             walls: &[],
         },
     ];
     let tools = [ToolState {
-        position: [0.5, 1.5, 2.5],
-        rotation: [0.0, 0.0, 0.6, 0.8],
-        force: [1.0, 2.0, 3.0],
-        torque: [4.0, 5.0, 6.0],
+        position: DVec3::new(0.5, 1.5, 2.5),
+        rotation: DQuat::from_xyzw(0.0, 0.0, 0.6, 0.8),
+        force: DVec3::new(1.0, 2.0, 3.0),
+        torque: DVec3::new(4.0, 5.0, 6.0),
         penetration: 0.0625,
     }];
-    let still = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+    let still = DMat3::IDENTITY;
     let mut turned = still;
-    turned[1] = 0.25;
-    turned[8] = 1.5;
+    (turned.x_axis.y, turned.z_axis.z) = (0.25, 1.5);
     let state = StateMessage {
         number: 17,
         step: 5_000_000_000,
@@ -67,30 +72,28 @@ fn outgoing() -> Vec<(&'static str, Vec<u8>)> {
         step_size: 0.001,
         seen: [1, 2, 3, 4, 5, 6, 7, 8],
         energies: [0.5, 0.25, -0.125],
-        grip: [0.5, 0.0, -0.5],
+        grip: DVec3::new(0.5, 0.0, -0.5),
         tools: &tools,
-        blade: &[[0.0, 0.5, 1.0], [1.0, 1.5, 2.0]],
+        blade: &[DVec3::new(0.0, 0.5, 1.0), DVec3::new(1.0, 1.5, 2.0)],
         bodies: &[
             BodyState {
-                positions: &[[0.5, 0.25, 0.125]],
+                positions: &[DVec3::new(0.5, 0.25, 0.125)],
                 gradients: &[turned],
             },
             BodyState {
-                positions: &[[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]],
+                positions: &[DVec3::new(1.0, 2.0, 3.0), DVec3::new(4.0, 5.0, 6.0)],
                 gradients: &[still, still],
             },
         ],
     };
     let samples = [0.5, 0.75].map(|time| ForceSample {
         time,
-        force: [time, 0.0, -time],
+        force: DVec3::new(time, 0.0, -time),
         penetration: 0.125,
     });
+    let nodes = [DVec3::new(0.5, 1.0, 1.5), DVec3::new(2.0, 2.5, 3.0)];
     vec![
-        (
-            "nodes",
-            encode_nodes(3, 1, &[[0.5, 1.0, 1.5], [2.0, 2.5, 3.0]]),
-        ),
+        ("nodes", encode_nodes(3, 1, &nodes)),
         ("skin", encode_skin(3, 1, 7, 2, &numbers)),
         ("clips", encode_clips(3, 1, &clips)),
         ("state", encode_state(3, &state)),
@@ -125,13 +128,17 @@ fn messages_from_clients_are_understood() {
     let pose = Hand::Pose {
         tool: 2,
         phase: HandPhase::Begin,
-        position: [0.5, -0.25, 0.125],
-        rotation: [0.0, 0.0, 1.0, 0.0],
+        position: DVec3::new(0.5, -0.25, 0.125),
+        rotation: DQuat::from_xyzw(0.0, 0.0, 1.0, 0.0),
     };
     assert_eq!(hand("pose"), (5, pose));
     let edge = Hand::Edge {
         phase: HandPhase::Move,
-        points: vec![[0.0, 0.5, 1.0], [1.5, 2.0, 2.5], [3.0, 3.5, 4.0]],
+        points: vec![
+            DVec3::new(0.0, 0.5, 1.0),
+            DVec3::new(1.5, 2.0, 2.5),
+            DVec3::new(3.0, 3.5, 4.0),
+        ],
     };
     assert_eq!(hand("edge"), (6, edge));
     let end = Hand::Edge {
@@ -141,7 +148,7 @@ fn messages_from_clients_are_understood() {
     assert_eq!(hand("edge-end"), (7, end));
     let grip = Hand::Grip {
         phase: HandPhase::Begin,
-        position: [0.5, 1.0, 1.5],
+        position: DVec3::new(0.5, 1.0, 1.5),
         radius: 0.25,
     };
     assert_eq!(hand("grip"), (8, grip));
@@ -166,37 +173,21 @@ fn the_page_reads_and_writes_the_same_bytes() {
     assert!(output.status.success(), "{text}");
 }
 
-/// Numbers without order: xorshift (Marsaglia 2003).
-struct Noise(u64);
-
-impl Noise {
-    fn next(&mut self) -> u64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        self.0
-    }
-
-    fn below(&mut self, end: usize) -> usize {
-        usize::try_from(self.next() % end.max(1) as u64).unwrap_or(0)
-    }
-}
-
 #[test]
 fn mutated_messages_are_read_or_left_aside() {
     let names = ["ack", "pose", "edge", "edge-end", "grip", "mesh"];
     let all =
         names.map(|name| std::fs::read(folder().join(format!("{name}.bin"))).expect("golden"));
-    let (mut noise, mut read) = (Noise(0x9e37_79b9_7f4a_7c15), 0);
+    let (mut random, mut read) = (Random::new(1), 0);
     for _ in 0..20_000 {
-        let mut bytes = all[noise.below(all.len())].clone();
-        for _ in 0..=noise.below(4) {
-            match noise.below(4) {
-                0 => bytes.truncate(noise.below(bytes.len() + 1)),
-                1 => bytes.extend((0..noise.below(40)).map(|k| k.to_le_bytes()[0])),
+        let mut bytes = all[random.below(all.len())].clone();
+        for _ in 0..=random.below(4) {
+            match random.below(4) {
+                0 => bytes.truncate(random.below(bytes.len() + 1)),
+                1 => bytes.extend((0..random.below(40)).map(|k| k.to_le_bytes()[0])),
                 _ if !bytes.is_empty() => {
-                    let at = noise.below(bytes.len());
-                    bytes[at] = noise.next().to_le_bytes()[0];
+                    let at = random.below(bytes.len());
+                    bytes[at] = random.bits().to_le_bytes()[0];
                 }
                 _ => {}
             }
@@ -205,13 +196,13 @@ fn mutated_messages_are_read_or_left_aside() {
             continue;
         };
         read += 1;
-        let places: Vec<[f64; 3]> = match &message {
+        let places = match message {
             Incoming::Hand(_, Hand::Pose { position, .. } | Hand::Grip { position, .. }) => {
-                vec![*position]
+                vec![position]
             }
             Incoming::Hand(_, Hand::Edge { points, phase }) => {
-                assert!(points.len() != 1 && (points.len() > 1 || *phase == HandPhase::End));
-                points.clone()
+                assert!(points.len() != 1 && (points.len() > 1 || phase == HandPhase::End));
+                points
             }
             Incoming::Mesh {
                 total,
@@ -219,14 +210,14 @@ fn mutated_messages_are_read_or_left_aside() {
                 piece,
                 extension,
             } => {
-                assert!(offset + piece.len() <= *total && *total <= crate::MAX_MESH);
+                assert!(offset + piece.len() <= total && total <= crate::MAX_MESH);
                 assert!(extension.bytes().all(|b| b.is_ascii_lowercase()));
                 Vec::new()
             }
             Incoming::Ack(_) => Vec::new(),
         };
-        let near = |x: &f64| x.is_finite() && x.abs() <= 100.0;
-        assert!(places.iter().flatten().all(near), "{places:?}");
+        let near = |x: &DVec3| x.is_finite() && x.abs().max_element() <= 100.0;
+        assert!(places.iter().all(near), "{places:?}");
     }
     assert!(
         read > 1_000,

@@ -1,5 +1,7 @@
 //! Binary messages from clients: read with care, as anyone may have written them.
 
+use glam::{DQuat, DVec3};
+
 use crate::wire::Reader;
 
 mod kind {
@@ -38,23 +40,23 @@ pub enum Hand {
         /// When.
         phase: HandPhase,
         /// Place (m).
-        position: [f64; 3],
-        /// Rotation, a unit quaternion (x, y, z, w).
-        rotation: [f64; 4],
+        position: DVec3,
+        /// Rotation, of unit length.
+        rotation: DQuat,
     },
     /// Moves a blade.
     Edge {
         /// When in the stroke.
         phase: HandPhase,
         /// Points of its edge (m); may be empty at the end.
-        points: Vec<[f64; 3]>,
+        points: Vec<DVec3>,
     },
     /// Grips a patch of a body's surface and pulls it.
     Grip {
         /// When.
         phase: HandPhase,
         /// Where the hand is (m).
-        position: [f64; 3],
+        position: DVec3,
         /// Radius (m) of the patch; counts at the beginning.
         radius: f64,
     },
@@ -159,13 +161,14 @@ const fn phase(number: u32) -> Option<HandPhase> {
     }
 }
 
-fn place(point: [f64; 3]) -> Option<[f64; 3]> {
-    let near = point.iter().all(|x| x.abs() <= FARTHEST);
-    near.then_some(point)
+fn place(point: [f64; 3]) -> Option<DVec3> {
+    let point = DVec3::from_array(point);
+    (point.abs().max_element() <= FARTHEST).then_some(point)
 }
 
 /// The rotation made unit; `None` if it is none.
-fn unit(q: [f64; 4]) -> Option<[f64; 4]> {
-    let length = q.iter().map(|x| x * x).sum::<f64>().sqrt();
-    ((length - 1.0).abs() < 1e-3).then(|| q.map(|x| x / length))
+fn unit(q: [f64; 4]) -> Option<DQuat> {
+    let rotation = DQuat::from_array(q);
+    let length = rotation.length();
+    ((length - 1.0).abs() < 1e-3).then(|| rotation / length)
 }

@@ -7,23 +7,23 @@ mod gate;
 mod golden;
 mod http;
 mod incoming;
-mod lead;
 mod mailbox;
 mod outgoing;
-mod record;
 mod server;
 mod socket;
-mod undo;
 mod wire;
+
+/// Locks; what may panic under a lock leaves nothing half done.
+fn locked<T>(mutex: &std::sync::Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    let locked = mutex.lock();
+    locked.unwrap_or_else(std::sync::PoisonError::into_inner)
+}
 
 pub use control::{BodyInfo, Control, Picture, Scene, Stats, Told, ToolInfo};
 pub use incoming::{Hand, HandPhase, MAX_EDGE, MAX_MESH};
-pub use lead::{BladeLead, Led, Placement, PoseLead};
 pub use outgoing::{
     BodyState, ClipOf, ForceSample, GRIP, MAX_CLIENTS, StateMessage, Surfel, ToolState,
     encode_clips, encode_force, encode_nodes, encode_skin, encode_state, put_surfel,
     surfel_numbers,
 };
-pub use record::{Forces, Score};
-pub use server::{ClientId, Doorman, Event, PROTOCOL, Server, ServerError, To};
-pub use undo::Ring;
+pub use server::{ClientId, Event, PROTOCOL, Server, ServerError, To};

@@ -9,6 +9,8 @@ use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use crate::locked;
+
 /// Bytes of changes that may wait for a client before it falls behind.
 const MOST_BYTES: usize = 16 << 20;
 
@@ -57,8 +59,7 @@ pub(crate) struct Mailbox {
 
 impl Mailbox {
     fn lock(&self) -> MutexGuard<'_, Waiting> {
-        // Nothing that runs under the lock can leave it half done.
-        self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
+        locked(&self.waiting)
     }
 
     /// Queues a message. Changes of the scene are left out from where too many wait.

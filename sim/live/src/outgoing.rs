@@ -1,5 +1,7 @@
 //! Binary messages to clients. What they hold is written down in PROTOCOL.md.
 
+use glam::{DMat3, DQuat, DVec2, DVec3, Vec3};
+
 use crate::wire::{Writer, single};
 
 /// Kinds of binary messages to clients.
@@ -16,12 +18,12 @@ pub const MAX_CLIENTS: usize = 8;
 
 /// Nodes of a body at rest: positions (m).
 #[must_use]
-pub fn encode_nodes(epoch: u32, body: usize, rest: &[[f64; 3]]) -> Vec<u8> {
+pub fn encode_nodes(epoch: u32, body: usize, rest: &[DVec3]) -> Vec<u8> {
     let mut out = Writer::new(kind::NODES, epoch, 8 + 12 * rest.len());
     out.count(body);
     out.count(rest.len());
     out.end_head();
-    out.singles(rest.iter().copied().flatten());
+    out.points(rest);
     out.finish()
 }
 
@@ -29,17 +31,17 @@ pub fn encode_nodes(epoch: u32, body: usize, rest: &[[f64; 3]]) -> Vec<u8> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Surfel<'a> {
     /// Centre (m).
-    pub position: [f64; 3],
+    pub position: DVec3,
     /// Radius (m).
     pub radius: f64,
     /// Unit normal.
-    pub normal: [f64; 3],
+    pub normal: DVec3,
     /// Index of the surface's properties.
     pub material: u8,
     /// Shape operator (xx, xy, yy) in the tangents (1/m).
-    pub shape: [f64; 3],
+    pub shape: DVec3,
     /// Linear colour.
-    pub color: [f32; 3],
+    pub color: Vec3,
     /// Nodes that carry it.
     pub nodes: &'a [u32],
     /// Their weights; they sum to 1.
@@ -59,14 +61,11 @@ pub const fn surfel_numbers(stride: usize) -> usize {
 
 /// Appends the numbers of a surfel as [`encode_skin`] takes them.
 pub fn put_surfel(numbers: &mut Vec<f32>, surfel: &Surfel<'_>) {
-    let three = |v: [f64; 3]| v.map(single);
-    let [x, y, z] = three(surfel.position);
-    let [nx, ny, nz] = three(surfel.normal);
-    let [xx, xy, yy] = three(surfel.shape);
-    let [r, g, b] = surfel.color;
-    numbers.extend([x, y, z, single(surfel.radius)]);
-    numbers.extend([nx, ny, nz, f32::from(surfel.material)]);
-    numbers.extend([xx, xy, yy, 0.0, r, g, b, 0.0]);
+    let four = |v: Vec3, last: f32| v.extend(last).to_array();
+    numbers.extend(four(surfel.position.as_vec3(), single(surfel.radius)));
+    numbers.extend(four(surfel.normal.as_vec3(), surfel.material.into()));
+    numbers.extend(four(surfel.shape.as_vec3(), 0.0));
+    numbers.extend(four(surfel.color, 0.0));
     let rows = surfel.nodes.iter().zip(surfel.weights).zip(surfel.slopes);
     for ((&node, &weight), slope) in rows {
         numbers.extend([
@@ -109,11 +108,11 @@ pub struct ClipOf<'a> {
     /// Index of the surfel.
     pub surfel: usize,
     /// The point that sees.
-    pub anchor: [f64; 2],
+    pub anchor: DVec2,
     /// Direction and offset of lines beyond which there is no body.
-    pub edges: &'a [([f64; 2], f64)],
+    pub edges: &'a [(DVec2, f64)],
     /// Segments that block the view.
-    pub walls: &'a [[[f64; 2]; 2]],
+    pub walls: &'a [[DVec2; 2]],
 }
 
 /// Clips of surfels that got one, or another.
@@ -127,13 +126,11 @@ pub fn encode_clips(epoch: u32, body: usize, clips: &[ClipOf<'_>]) -> Vec<u8> {
         out.count(clip.surfel);
         out.count(clip.edges.len());
         out.count(clip.walls.len());
-        out.singles(clip.anchor);
+        out.singles(clip.anchor.to_array());
         for (direction, offset) in clip.edges {
-            out.singles([direction[0], direction[1], *offset]);
+            out.singles(direction.extend(*offset).to_array());
         }
-        for [a, b] in clip.walls {
-            out.singles([a[0], a[1], b[0], b[1]]);
-        }
+        out.singles(clip.walls.iter().flatten().flat_map(DVec2::to_array));
     }
     out.finish()
 }
@@ -142,13 +139,13 @@ pub fn encode_clips(epoch: u32, body: usize, clips: &[ClipOf<'_>]) -> Vec<u8> {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ToolState {
     /// Where it is (m).
-    pub position: [f64; 3],
+    pub position: DVec3,
     /// Rotation, a unit quaternion (x, y, z, w).
-    pub rotation: [f64; 4],
+    pub rotation: DQuat,
     /// Force on it (N).
-    pub force: [f64; 3],
+    pub force: DVec3,
     /// Torque on it about its origin (N m).
-    pub torque: [f64; 3],
+    pub torque: DVec3,
     /// Deepest penetration (m).
     pub penetration: f64,
 }
@@ -157,13 +154,13 @@ pub struct ToolState {
 #[derive(Debug, Clone, Copy)]
 pub struct BodyState<'a> {
     /// Positions of the nodes (m).
-    pub positions: &'a [[f64; 3]],
-    /// Deformation gradients, columns one after the other.
-    pub gradients: &'a [[f64; 9]],
+    pub positions: &'a [DVec3],
+    /// Deformation gradients.
+    pub gradients: &'a [DMat3],
 }
 
 /// Everything that moves, between two steps.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct StateMessage<'a> {
     /// Counts states; acknowledged by it.
     pub number: u32,
@@ -178,11 +175,11 @@ pub struct StateMessage<'a> {
     /// Kinetic energy (J), elastic energy (J), balance of the audit over its scale.
     pub energies: [f64; 3],
     /// Force on the grip (N).
-    pub grip: [f64; 3],
+    pub grip: DVec3,
     /// The tools.
     pub tools: &'a [ToolState],
     /// Edge of the blade as it is driven (m); empty where there is none.
-    pub blade: &'a [[f64; 3]],
+    pub blade: &'a [DVec3],
     /// The bodies.
     pub bodies: &'a [BodyState<'a>],
 }
@@ -206,27 +203,22 @@ pub fn encode_state(epoch: u32, state: &StateMessage<'_>) -> Vec<u8> {
         out.u32(seen);
     }
     out.singles(state.energies);
-    out.singles(state.grip);
+    out.points(&[state.grip]);
     out.count(state.tools.len());
     out.count(state.blade.len());
     out.end_head();
     for tool in state.tools {
-        out.singles(tool.position);
-        out.singles(tool.rotation);
-        out.singles(tool.force);
-        out.singles(tool.torque);
+        out.points(&[tool.position]);
+        out.singles(tool.rotation.to_array());
+        out.points(&[tool.force, tool.torque]);
         out.singles([tool.penetration]);
     }
-    out.singles(state.blade.iter().copied().flatten());
+    out.points(state.blade);
     for body in state.bodies {
         out.count(body.positions.len());
-        out.singles(body.positions.iter().copied().flatten());
-        let rest = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
-        let apart = body.gradients.iter().flat_map(|gradient| {
-            let pairs = gradient.iter().zip(rest);
-            pairs.map(|(now, rest)| now - rest).collect::<Vec<_>>()
-        });
-        out.halves(apart);
+        out.points(body.positions);
+        let apart = body.gradients.iter().map(|now| *now - DMat3::IDENTITY);
+        out.halves(apart.flat_map(|apart| apart.to_cols_array()));
         out.align();
     }
     out.finish()
@@ -238,7 +230,7 @@ pub struct ForceSample {
     /// Simulated time (s).
     pub time: f64,
     /// Force (N).
-    pub force: [f64; 3],
+    pub force: DVec3,
     /// Deepest penetration (m).
     pub penetration: f64,
 }
@@ -253,7 +245,7 @@ pub fn encode_force(epoch: u32, hand: u32, samples: &[ForceSample]) -> Vec<u8> {
     out.end_head();
     for sample in samples {
         out.f64(sample.time);
-        out.singles(sample.force);
+        out.points(&[sample.force]);
         out.singles([sample.penetration]);
     }
     out.finish()

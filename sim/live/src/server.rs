@@ -5,7 +5,7 @@ use std::io;
 use std::net::{Ipv4Addr, Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use tungstenite::Message;
@@ -18,7 +18,7 @@ use crate::http::{Head, read_head, respond, say};
 use crate::incoming::{self, Hand, Incoming, MAX_MESH};
 use crate::mailbox::{Mailbox, Outgoing};
 use crate::outgoing::MAX_CLIENTS;
-use crate::socket;
+use crate::{locked, socket};
 
 /// Name of the protocol, which clients ask for when they open a socket.
 pub const PROTOCOL: &str = "phyxel.1";
@@ -112,19 +112,9 @@ impl Strangers {
 }
 
 impl Shared {
-    fn strangers(&self) -> MutexGuard<'_, Strangers> {
-        self.strangers
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn clients(&self) -> MutexGuard<'_, [Option<Arc<Mailbox>>; MAX_CLIENTS]> {
-        self.clients.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     /// Gives a client a position, if one is free.
     fn admit(&self, mailbox: &Arc<Mailbox>) -> Option<ClientId> {
-        let mut clients = self.clients();
+        let mut clients = locked(&self.clients);
         let free = clients.iter().position(Option::is_none)?;
         clients[free] = Some(Arc::clone(mailbox));
         Some(free)
@@ -136,23 +126,6 @@ impl Shared {
 pub struct Server {
     shared: Arc<Shared>,
     events: Receiver<(ClientId, Event)>,
-}
-
-/// Gives out addresses from any thread.
-#[derive(Debug, Clone)]
-pub struct Doorman {
-    shared: Arc<Shared>,
-}
-
-impl Doorman {
-    /// As [`Server::url`].
-    ///
-    /// # Errors
-    /// As [`Server::url`].
-    pub fn url(&self) -> Result<String, ServerError> {
-        let code = self.shared.gate.code()?;
-        Ok(format!("http://{}/#{code}", self.shared.address))
-    }
 }
 
 /// Whom a message is for.
@@ -205,14 +178,15 @@ impl Server {
     /// # Errors
     /// [`ServerError::Random`].
     pub fn url(&self) -> Result<String, ServerError> {
-        self.doorman().url()
+        self.urls()()
     }
 
-    /// What gives out addresses from any thread.
-    #[must_use]
-    pub fn doorman(&self) -> Doorman {
-        Doorman {
-            shared: Arc::clone(&self.shared),
+    /// What gives out addresses from any thread, as [`Server::url`].
+    pub fn urls(&self) -> impl Fn() -> Result<String, ServerError> + Send + use<> {
+        let shared = Arc::clone(&self.shared);
+        move || {
+            let code = shared.gate.code()?;
+            Ok(format!("http://{}/#{code}", shared.address))
         }
     }
 
@@ -225,13 +199,13 @@ impl Server {
     /// Number of clients.
     #[must_use]
     pub fn client_count(&self) -> usize {
-        self.shared.clients().iter().flatten().count()
+        locked(&self.shared.clients).iter().flatten().count()
     }
 
     /// Whether any client would be sent a state at once; if not, none need be made.
     #[must_use]
     pub fn wants_state(&self) -> bool {
-        let clients = self.shared.clients();
+        let clients = locked(&self.shared.clients);
         clients
             .iter()
             .flatten()
@@ -241,7 +215,7 @@ impl Server {
     /// Offers a state to all clients, instead of one that still waits for them.
     pub fn put_state(&self, number: u32, state: Vec<u8>) {
         let state = Arc::new(state);
-        for mailbox in self.shared.clients().iter().flatten() {
+        for mailbox in locked(&self.shared.clients).iter().flatten() {
             mailbox.put_state(number, Arc::clone(&state));
         }
     }
@@ -262,7 +236,7 @@ impl Server {
     /// the whole scene ([`Server::begin`]).
     #[must_use]
     pub fn behind(&self) -> Vec<ClientId> {
-        let clients = self.shared.clients();
+        let clients = locked(&self.shared.clients);
         let behind = clients.iter().enumerate().filter(|(_, mailbox)| {
             let mailbox = mailbox.as_ref();
             mailbox.is_some_and(|mailbox| mailbox.has_caught_up())
@@ -283,7 +257,7 @@ impl Server {
     }
 
     fn each(&self, to: To, act: impl Fn(&Mailbox)) {
-        for (id, mailbox) in self.shared.clients().iter().enumerate() {
+        for (id, mailbox) in locked(&self.shared.clients).iter().enumerate() {
             if let Some(mailbox) = mailbox
                 && (to == To::All || to == To::One(id))
             {
@@ -321,7 +295,7 @@ fn listen(listener: &TcpListener, shared: &Arc<Shared>) {
         let Ok(other) = stream.try_clone() else {
             continue;
         };
-        let number = shared.strangers().admit(other);
+        let number = locked(&shared.strangers).admit(other);
         // Those who gave way end as soon as their threads run.
         while shared.connections.load(Ordering::SeqCst) >= MOST_CONNECTIONS {
             std::thread::sleep(Duration::from_millis(1));
@@ -333,11 +307,11 @@ fn listen(listener: &TcpListener, shared: &Arc<Shared>) {
             .spawn(move || {
                 // A connection that breaks concerns nobody else.
                 let _ = connection(stream, number, &own);
-                own.strangers().forget(number);
+                locked(&own.strangers).forget(number);
                 own.connections.fetch_sub(1, Ordering::SeqCst);
             });
         if started.is_err() {
-            shared.strangers().forget(number);
+            locked(&shared.strangers).forget(number);
             shared.connections.fetch_sub(1, Ordering::SeqCst);
         }
     }
@@ -406,7 +380,7 @@ fn session(
     let Some(client) = shared.admit(&mailbox) else {
         return say(&mut stream, "503 Service Unavailable", "too many clients\n");
     };
-    shared.strangers().forget(number);
+    locked(&shared.strangers).forget(number);
     let accept = derive_accept_key(key.as_bytes());
     let answer = format!(
         "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n\
@@ -431,7 +405,7 @@ fn session(
         socket::serve(stream, early, &mailbox, |message| ear.hear(message))
     });
     mailbox.close();
-    shared.clients()[client] = None;
+    locked(&shared.clients)[client] = None;
     // Who listens must learn of it, however busy.
     let _ = shared.events.send((client, Event::Left));
     result

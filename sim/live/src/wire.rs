@@ -1,5 +1,7 @@
 //! Numbers to bytes and back: little endian, nothing padded but where said.
 
+use glam::DVec3;
+
 /// A message in the making: kind, length of the fixed part, epoch, then what is put.
 #[derive(Debug)]
 pub(crate) struct Writer {
@@ -50,6 +52,11 @@ impl Writer {
     /// As [`Writer::f32s`], from numbers of double precision.
     pub(crate) fn singles(&mut self, values: impl IntoIterator<Item = f64>) {
         self.f32s(values.into_iter().map(single));
+    }
+
+    /// Three numbers of single precision each.
+    pub(crate) fn points(&mut self, points: &[DVec3]) {
+        self.singles(points.iter().flat_map(DVec3::to_array));
     }
 
     /// Half precision (IEEE 754 binary16).

@@ -6,6 +6,7 @@ use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
 use phyxel_live::{Control, Event, Hand, HandPhase, MAX_CLIENTS, PROTOCOL, Server, To, Told};
+use testkit::cloud::Random;
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Bytes, Message, WebSocket};
 
@@ -302,13 +303,8 @@ fn mutated_handshakes_let_nobody_in() {
          Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\
          Sec-WebSocket-Protocol: {PROTOCOL}, token.00112233445566778899aabbccddeeff\r\n\r\n"
     );
-    let mut seed = 0x2545_f491_4f6c_dd1d_u64;
-    let mut next = |end: usize| {
-        seed ^= seed << 13;
-        seed ^= seed >> 7;
-        seed ^= seed << 17;
-        usize::try_from(seed % end as u64).unwrap()
-    };
+    let mut random = Random::new(1);
+    let mut next = |end: usize| random.below(end);
     for _ in 0..1_500 {
         let mut bytes = good.clone().into_bytes();
         for _ in 0..=next(3) {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
 use clap::Args;
-use phyxel_live::{Doorman, Server};
+use phyxel_live::{Server, ServerError};
 use phyxel_scene::Override;
 
 use super::source::Source;
@@ -56,7 +56,7 @@ pub(super) fn live(arguments: &LiveArguments) -> Result<(), CliError> {
     if arguments.open {
         open(&url);
     }
-    answer(server.doorman());
+    answer(server.urls());
     let options = LiveOptions {
         out: arguments
             .out
@@ -84,13 +84,13 @@ pub(super) fn live(arguments: &LiveArguments) -> Result<(), CliError> {
 }
 
 /// Prints another address whenever someone presses Enter.
-fn answer(doorman: Doorman) {
+fn answer(urls: impl Fn() -> Result<String, ServerError> + Send + 'static) {
     // Without the thread there is only the first address.
     let _ = std::thread::Builder::new()
         .name("live-enter".into())
         .spawn(move || {
             for _ in io::stdin().lock().lines().map_while(Result::ok) {
-                let Ok(url) = doorman.url() else { return };
+                let Ok(url) = urls() else { return };
                 if writeln!(io::stdout(), "{url}").is_err() {
                     return;
                 }

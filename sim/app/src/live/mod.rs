@@ -13,5 +13,4 @@ mod told;
 
 pub use serve::{LiveOptions, serve};
 pub use session::{Session, SessionError};
-pub use setting::prepare;
-pub use sources::{MeshReader, SceneSource, Sources};
+pub use sources::{MeshReader, Sources};

@@ -1,21 +1,27 @@
 //! The world with the users' tools in it, step by step.
 
 mod blade;
+mod lead;
+mod record;
+mod undo;
 
 use std::collections::VecDeque;
 
 use glam::DVec3;
-use phyxel_live::{Forces, Placement, PoseLead, Ring, Score};
 
 use blade::Stroke;
+use lead::PoseLead;
+use record::{Forces, Score};
+use undo::Ring;
 
 use super::setting::{PARKED, prepare};
 use crate::output::{OutputError, OutputFolder, input_csv, write_checkpoint};
-use crate::picture::{Painter, PictureError, Surfaces};
+use crate::picture::{Painter, PictureError};
 use crate::run::RunState;
 use phyxel::scene::{Pose, Scene, Settle};
 use phyxel::{Action, CutPiece, Input, InputError, World, WorldError, extent};
 use phyxel_scene::SceneError;
+use phyxel_splat::DrawnTissue;
 
 /// Distance (node spacings) of a blade between two captures: half of a tetrahedron, as finely as a cut
 /// can be distinguished.
@@ -48,7 +54,7 @@ pub enum SessionError {
 #[derive(Debug, Clone)]
 struct Checkpoint {
     world: World,
-    surfaces: Surfaces,
+    surfaces: Vec<DrawnTissue>,
     /// Pieces of cuts that surfaces lag behind by.
     lagging: VecDeque<CutPiece>,
     /// Inputs recorded before.
@@ -61,7 +67,7 @@ impl Checkpoint {
     fn bytes(&self) -> usize {
         let parts = self.world.parts();
         let model: usize = parts.iter().map(|part| part.bytes).sum();
-        model + self.surfaces.bytes()
+        model + self.surfaces.iter().map(DrawnTissue::bytes).sum::<usize>()
     }
 }
 
@@ -104,8 +110,7 @@ impl Session {
     pub fn new(scene: &Scene) -> Result<Self, SessionError> {
         let scene = prepare(scene, extent(scene)?)?;
         let (world, painter) = Self::build(&scene)?;
-        let leads =
-            (0..scene.tools.len()).map(|tool| PoseLead::new(placement(world.tool_pose(tool))));
+        let leads = (0..scene.tools.len()).map(|tool| PoseLead::new(*world.tool_pose(tool)));
         let mut session = Self {
             leads: leads.collect(),
             world,
@@ -195,19 +200,17 @@ impl Session {
 
     /// Puts a tool somewhere at once: a user takes it up, or lays it aside (`None`).
     pub fn put_tool(&mut self, tool: usize, pose: Option<Pose>) {
-        let parked = Pose::at(PARKED);
         if let Some(lead) = self.leads.get_mut(tool) {
-            let pose = pose.unwrap_or(parked);
-            lead.put(placement(&pose));
-            let action = Action::Tool { tool, pose };
-            self.pending.push(action);
+            let pose = pose.unwrap_or(Pose::at(PARKED));
+            *lead = PoseLead::new(pose);
+            self.pending.push(Action::Tool { tool, pose });
         }
     }
 
     /// Sets where a tool shall go.
     pub fn lead_tool(&mut self, tool: usize, pose: Pose) {
         if let Some(lead) = self.leads.get_mut(tool) {
-            lead.aim(placement(&pose));
+            lead.target = pose;
         }
     }
 
@@ -215,7 +218,7 @@ impl Session {
     pub fn grip(&mut self, point: DVec3, radius: f64) {
         self.hand = Some(Hand {
             from: point,
-            lead: PoseLead::new(at(point)),
+            lead: PoseLead::new(Pose::at(point)),
             radius,
             gripped: false,
             open: false,
@@ -225,7 +228,7 @@ impl Session {
     /// Sets where the grip shall go.
     pub fn pull(&mut self, point: DVec3) {
         if let Some(hand) = &mut self.hand {
-            hand.lead.aim(at(point));
+            hand.lead.target = Pose::at(point);
         }
     }
 
@@ -297,20 +300,18 @@ impl Session {
         self.moved = [0.0; 3];
         let mut actions = std::mem::take(&mut self.pending);
         for (tool, lead) in self.leads.iter_mut().enumerate() {
-            let (before, _) = lead.now();
-            if let Some((position, rotation)) = lead.lead(step) {
-                self.moved[1] = self.moved[1].max(before.distance(position));
-                let pose = Pose { rotation, position };
+            let before = lead.now.position;
+            if let Some(pose) = lead.lead(step) {
+                self.moved[1] = self.moved[1].max(before.distance(pose.position));
                 actions.push(Action::Tool { tool, pose });
             }
         }
-        if let Some((phase, edge)) = self.lead_blade(step) {
-            actions.push(Action::Blade {
-                cut: 0,
-                phase,
-                edge,
-            });
-        }
+        let blade = self.lead_blade(step);
+        actions.extend(blade.map(|(phase, edge)| Action::Blade {
+            cut: 0,
+            phase,
+            edge,
+        }));
         if let Some(hand) = &mut self.hand {
             if !hand.gripped {
                 hand.gripped = true;
@@ -319,12 +320,11 @@ impl Session {
                     radius: hand.radius,
                 });
             }
-            let (before, _) = hand.lead.now();
-            if let Some((position, _)) = hand.lead.lead(step) {
+            let before = hand.lead.now.position;
+            if let Some(Pose { position, .. }) = hand.lead.lead(step) {
                 self.moved[2] = before.distance(position);
-                actions.push(Action::Pull {
-                    by: position - hand.from,
-                });
+                let by = position - hand.from;
+                actions.push(Action::Pull { by });
             } else if hand.open {
                 actions.push(Action::LetGo);
                 self.hand = None;
@@ -352,11 +352,9 @@ impl Session {
     fn observe(&mut self, step: f64) {
         let tools = self.world.tool_forces();
         let grip = self.world.grip_force();
-        let mut forces: Vec<([f64; 3], f64)> = tools
-            .iter()
-            .map(|tool| (tool.force.to_array(), tool.penetration))
-            .collect();
-        forces.push((grip.unwrap_or(DVec3::ZERO).to_array(), 0.0));
+        let felt = tools.iter().map(|tool| (tool.force, tool.penetration));
+        let of_grip = (grip.unwrap_or(DVec3::ZERO), 0.0);
+        let forces: Vec<(DVec3, f64)> = felt.chain([of_grip]).collect();
         for tool in &tools {
             self.score.peak[0] = self.score.peak[0].max(tool.force.length());
         }
@@ -456,7 +454,7 @@ impl Session {
             ("strokes", self.strokes.to_string()),
             ("severed_pairs", severed.to_string()),
         ];
-        folder.write(names[3], &self.score.csv(&rows))?;
+        folder.write(names[3], self.score.csv(&rows).as_bytes())?;
         Ok(names.map(str::to_owned).to_vec())
     }
 
@@ -470,12 +468,4 @@ impl Session {
             .filter_map(|m| m.cutting.as_ref());
         cuttings.map(phyxel::Cutting::severed_pairs).sum()
     }
-}
-
-fn at(position: DVec3) -> Placement {
-    placement(&Pose::at(position))
-}
-
-fn placement(pose: &Pose) -> Placement {
-    (pose.position, pose.rotation)
 }

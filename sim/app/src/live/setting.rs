@@ -20,7 +20,7 @@ pub(super) const PARKED: DVec3 = DVec3::new(0.0, 0.0, 50.0);
 ///
 /// # Errors
 /// [`SceneError`] if the scene was not valid before.
-pub fn prepare(scene: &Scene, extent: f64) -> Result<Scene, SceneError> {
+pub(super) fn prepare(scene: &Scene, extent: f64) -> Result<Scene, SceneError> {
     let mut scene = scene.clone();
     let key = |time: f64| Key::new(time, PARKED);
     let edge = vec![DVec3::ZERO, DVec3::Z * 0.01];

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use phyxel_live::{ClipOf, Surfel, encode_clips, encode_skin, put_surfel, surfel_numbers};
-use phyxel_splat::{CAPSULE, Clip, Tissue};
+use phyxel_splat::{CAPSULE, Clip, DrawnTissue, Tissue};
 
 use crate::picture::Painter;
 
@@ -26,11 +26,11 @@ struct Known {
 
 impl Skins {
     /// The surfaces as they are.
-    pub(super) fn new(painter: &Painter, bodies: usize) -> Self {
-        let bodies = (0..bodies).map(|index| {
+    pub(super) fn new(painter: &Painter) -> Self {
+        let bodies = painter.skins().iter().enumerate().map(|(index, skin)| {
             let mut known = Known::default();
-            let all: Vec<u32> = (0..).take(painter.tissue(index).surfels().len()).collect();
-            known.update(0, index, painter, &all, &mut Vec::new());
+            let all: Vec<u32> = (0..).take(skin.tissue.surfels().len()).collect();
+            known.update(0, index, skin, &all, &mut Vec::new());
             known
         });
         Self {
@@ -47,8 +47,9 @@ impl Skins {
         touched: &[Vec<u32>],
     ) -> Vec<Vec<u8>> {
         let mut messages = Vec::new();
-        for ((index, known), touched) in self.bodies.iter_mut().enumerate().zip(touched) {
-            known.update(epoch, index, painter, touched, &mut messages);
+        let bodies = self.bodies.iter_mut().zip(painter.skins()).zip(touched);
+        for (index, ((known, skin), touched)) in bodies.enumerate() {
+            known.update(epoch, index, skin, touched, &mut messages);
         }
         messages
     }
@@ -57,7 +58,7 @@ impl Skins {
     pub(super) fn whole(&self, epoch: u32, painter: &Painter) -> Vec<Vec<u8>> {
         let mut messages = Vec::new();
         for (index, known) in self.bodies.iter().enumerate() {
-            let stride = painter.tissue(index).binding().stride();
+            let stride = painter.skins()[index].tissue.binding().stride();
             messages.push(encode_skin(epoch, index, 0, stride, &known.numbers));
             let all: Vec<usize> = (0..known.clips.len()).collect();
             clips(epoch, index, &known.clips, &all, &mut messages);
@@ -76,14 +77,19 @@ impl Known {
         &mut self,
         epoch: u32,
         index: usize,
-        painter: &Painter,
+        skin: &DrawnTissue,
         touched: &[u32],
         to: &mut Vec<Vec<u8>>,
     ) {
-        let tissue = painter.tissue(index);
+        let tissue = &skin.tissue;
         let stride = tissue.binding().stride();
         let each = surfel_numbers(stride);
-        self.color(painter, index, tissue);
+        // Positions and materials never change: only new ones have no colour yet.
+        let surfels = tissue.surfels();
+        for surfel in self.colors.len()..surfels.len() {
+            let (position, material) = (surfels.positions[surfel], surfels.materials[surfel]);
+            self.colors.push(skin.texture.color(position, material));
+        }
         self.numbers.resize(each * tissue.surfels().len(), f32::NAN);
         self.clips.resize(tissue.surfels().len(), None);
         let mut touched: Vec<usize> = touched.iter().map(|&surfel| surfel as usize).collect();
@@ -94,11 +100,8 @@ impl Known {
             numbers.clear();
             put(&mut numbers, tissue, surfel, self.colors[surfel]);
             let known = &mut self.numbers[surfel * each..(surfel + 1) * each];
-            if known
-                .iter()
-                .zip(&numbers)
-                .any(|(a, b)| a.to_bits() != b.to_bits())
-            {
+            let mut pairs = known.iter().zip(&numbers);
+            if pairs.any(|(a, b)| a.to_bits() != b.to_bits()) {
                 known.copy_from_slice(&numbers);
                 changed.push(surfel);
             }
@@ -114,16 +117,6 @@ impl Known {
         }
         clips(epoch, index, tissue.clips(), &clipped, to);
     }
-
-    /// Colours of surfels that are new: positions and materials never change.
-    fn color(&mut self, painter: &Painter, index: usize, tissue: &Tissue) {
-        let (texture, _) = painter.texture(index);
-        let surfels = tissue.surfels();
-        for surfel in self.colors.len()..surfels.len() {
-            let color = texture.color(surfels.positions[surfel], surfels.materials[surfel]);
-            self.colors.push(color);
-        }
-    }
 }
 
 fn put(numbers: &mut Vec<f32>, tissue: &Tissue, surfel: usize, color: Vec3) {
@@ -132,13 +125,13 @@ fn put(numbers: &mut Vec<f32>, tissue: &Tissue, surfel: usize, color: Vec3) {
     put_surfel(
         numbers,
         &Surfel {
-            position: surfels.positions[surfel].to_array(),
+            position: surfels.positions[surfel],
             radius: surfels.radii[surfel],
-            normal: surfels.normals[surfel].to_array(),
+            normal: surfels.normals[surfel],
             // A body of its own has the two of `phyxel_splat`: capsule and parenchyma.
             material: u8::from(surfels.materials[surfel] != CAPSULE),
-            shape: surfels.shapes[surfel].to_array(),
-            color: color.to_array(),
+            shape: surfels.shapes[surfel],
+            color,
             nodes,
             weights,
             slopes: binding.slopes(surfel),
@@ -158,9 +151,6 @@ fn runs(numbers: impl Iterator<Item = usize>) -> Vec<(usize, usize)> {
     runs
 }
 
-type Edges = Vec<([f64; 2], f64)>;
-type Walls = Vec<[[f64; 2]; 2]>;
-
 fn clips(
     epoch: u32,
     index: usize,
@@ -168,33 +158,19 @@ fn clips(
     which: &[usize],
     to: &mut Vec<Vec<u8>>,
 ) {
-    let clips = which
-        .iter()
-        .filter_map(|&i| all[i].as_ref().map(|clip| (i, clip)));
-    let parts: Vec<(usize, [f64; 2], Edges, Walls)> = clips
-        .map(|(i, clip)| {
-            let edges = clip.edges.iter().map(|(d, offset)| (d.to_array(), *offset));
-            let walls = clip.walls.iter().map(|[a, b]| [a.to_array(), b.to_array()]);
-            (i, clip.anchor.to_array(), edges.collect(), walls.collect())
+    let clips = which.iter().filter_map(|&surfel| {
+        let clip = all[surfel].as_ref()?;
+        Some(ClipOf {
+            surfel,
+            anchor: clip.anchor,
+            edges: &clip.edges,
+            walls: &clip.walls,
         })
-        .collect();
-    let clips: Vec<ClipOf<'_>> = parts
-        .iter()
-        .map(|(surfel, anchor, edges, walls)| ClipOf {
-            surfel: *surfel,
-            anchor: *anchor,
-            edges,
-            walls,
-        })
-        .collect();
+    });
+    let clips: Vec<ClipOf<'_>> = clips.collect();
     if !clips.is_empty() {
         to.push(encode_clips(epoch, index, &clips));
     }
-}
-
-/// Positions as plain numbers.
-pub(super) fn plain(points: &[DVec3]) -> Vec<[f64; 3]> {
-    points.iter().map(DVec3::to_array).collect()
 }
 
 #[cfg(test)]

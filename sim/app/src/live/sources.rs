@@ -9,29 +9,17 @@ use phyxel_scene::{EMBEDDED, SceneError};
 /// failure are for people.
 pub type MeshReader = dyn Fn(&Path, Option<f64>) -> Result<(Scene, String), String> + Send;
 
-/// A scene that can be asked for.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SceneSource {
-    /// Name by which it is asked for.
-    pub name: String,
-    /// One line for people.
-    pub summary: String,
-    scene: Option<Scene>,
-}
-
-/// All of them, and how mesh files are understood.
+/// The embedded scenes and more, and how mesh files are understood.
 pub struct Sources {
-    list: Vec<SceneSource>,
+    /// Those beside the embedded ones, newest first, with the mesh files that they were made for.
+    own: Vec<(Scene, Option<PathBuf>)>,
     meshes: Box<MeshReader>,
-    /// Names of scenes made for mesh files, and the files.
-    made: Vec<(String, PathBuf)>,
 }
 
 impl std::fmt::Debug for Sources {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        out.debug_struct("Sources")
-            .field("list", &self.list)
-            .finish_non_exhaustive()
+        let mut out = out.debug_struct("Sources");
+        out.field("own", &self.own).finish_non_exhaustive()
     }
 }
 
@@ -39,38 +27,25 @@ impl Sources {
     /// The embedded scenes, with `first` before them, which was made for a mesh file or for none.
     #[must_use]
     pub fn new(first: &Scene, mesh: Option<PathBuf>, meshes: Box<MeshReader>) -> Self {
-        let embedded = EMBEDDED.iter().map(|scene| SceneSource {
-            name: scene.name.to_owned(),
-            summary: scene.summary.to_owned(),
-            scene: None,
-        });
-        let mut sources = Self {
-            list: embedded.collect(),
+        Self {
+            own: vec![(first.clone(), mesh)],
             meshes,
-            made: mesh
-                .map(|file| (first.name.clone(), file))
-                .into_iter()
-                .collect(),
-        };
-        sources.add(first);
-        sources
-    }
-
-    /// Adds a scene, or replaces the one of the same name.
-    fn add(&mut self, scene: &Scene) {
-        self.list.retain(|source| source.name != scene.name);
-        let source = SceneSource {
-            name: scene.name.clone(),
-            summary: scene.description.clone(),
-            scene: Some(scene.clone()),
-        };
-        self.list.insert(0, source);
+        }
     }
 
     /// Names and summaries.
     #[must_use]
-    pub fn list(&self) -> &[SceneSource] {
-        &self.list
+    pub fn names(&self) -> Vec<[String; 2]> {
+        let own = self.own.iter().map(|(scene, _)| scene);
+        let own = own.map(|scene| [scene.name.clone(), scene.description.clone()]);
+        let is_new = |name: &str| self.own.iter().all(|(scene, _)| scene.name != name);
+        let embedded = EMBEDDED.iter().filter(|scene| is_new(scene.name));
+        let embedded = embedded.map(|scene| [scene.name, scene.summary].map(str::to_owned));
+        own.chain(embedded).collect()
+    }
+
+    fn find(&self, name: &str) -> Option<&(Scene, Option<PathBuf>)> {
+        self.own.iter().find(|(scene, _)| scene.name == name)
     }
 
     /// The scene of a name.
@@ -78,9 +53,8 @@ impl Sources {
     /// # Errors
     /// [`SceneError`] if there is none.
     pub fn scene(&self, name: &str) -> Result<Scene, SceneError> {
-        let known = self.list.iter().find(|source| source.name == name);
-        match known.and_then(|source| source.scene.as_ref()) {
-            Some(scene) => Ok(scene.clone()),
+        match self.find(name) {
+            Some((scene, _)) => Ok(scene.clone()),
             None => phyxel_scene::embedded(name, &[]),
         }
     }
@@ -95,16 +69,15 @@ impl Sources {
         scale: Option<f64>,
     ) -> Result<(Scene, String), String> {
         let (scene, note) = (self.meshes)(file, scale)?;
-        self.add(&scene);
-        self.made.retain(|(name, _)| *name != scene.name);
-        self.made.push((scene.name.clone(), file.to_owned()));
+        self.own.retain(|(own, _)| own.name != scene.name);
+        let made = (scene.clone(), Some(file.to_owned()));
+        self.own.insert(0, made);
         Ok((scene, note))
     }
 
     /// The mesh file that the scene of a name was made for.
     #[must_use]
     pub fn mesh_of(&self, name: &str) -> Option<&Path> {
-        let made = self.made.iter().find(|(made, _)| made == name);
-        made.map(|(_, file)| file.as_path())
+        self.find(name)?.1.as_deref()
     }
 }

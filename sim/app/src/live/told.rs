@@ -1,47 +1,30 @@
 //! What clients receive of a world.
 
-use glam::DVec3;
-use phyxel_live::{BodyInfo, BodyState, Picture, Scene as SceneInfo, Stats, ToolInfo, ToolState};
+use glam::{DMat3, DVec3};
+use phyxel_live::{BodyInfo, Picture, Scene as SceneInfo, Stats, ToolInfo, ToolState};
 use phyxel_splat::Camera;
 
 use super::session::Session;
 use super::sources::Sources;
 use crate::picture::bounds_of;
-use phyxel::World;
 use phyxel::scene::{Scene, Shape, ToolShape, View};
+use phyxel::{Member, World};
 
-/// Bodies' nodes as plain numbers.
-pub(super) struct Moved {
-    positions: Vec<[f64; 3]>,
-    gradients: Vec<[f64; 9]>,
-}
-
-impl Moved {
-    pub(super) fn view(&self) -> BodyState<'_> {
-        BodyState {
-            positions: &self.positions,
-            gradients: &self.gradients,
-        }
-    }
-}
-
-pub(super) fn bodies_of(world: &World) -> Vec<Moved> {
-    let bodies = world.members().iter().map(|member| {
-        let gradients = member.body.elastic.deformation_gradients();
-        Moved {
-            positions: super::skin::plain(&member.body.smoothed_positions()),
-            gradients: gradients.iter().map(glam::DMat3::to_cols_array).collect(),
-        }
+/// Positions (m) and deformation gradients of each body's nodes.
+pub(super) fn nodes_of(world: &World) -> Vec<(Vec<DVec3>, Vec<DMat3>)> {
+    let bodies = world.members().iter().map(|Member { body, .. }| {
+        let gradients = body.elastic.deformation_gradients();
+        (body.smoothed_positions(), gradients)
     });
     bodies.collect()
 }
 
 pub(super) fn tool_states(world: &World) -> Vec<ToolState> {
     let tools = world.tool_forces().into_iter().map(|tool| ToolState {
-        position: tool.pose.position.to_array(),
-        rotation: tool.pose.rotation.to_array(),
-        force: tool.force.to_array(),
-        torque: tool.torque.to_array(),
+        position: tool.pose.position,
+        rotation: tool.pose.rotation,
+        force: tool.force,
+        torque: tool.torque,
         penetration: tool.penetration,
     });
     tools.collect()
@@ -56,12 +39,8 @@ pub(super) fn scene_of(
 ) -> SceneInfo {
     let (world, painter) = (session.world(), session.painter());
     let bounds = bounds_of(world);
-    let view = base
-        .pictures
-        .as_ref()
-        .map(|pictures| pictures.view)
-        .unwrap_or_default();
-    let view = match view {
+    let pictures = base.pictures.as_ref();
+    let view = match pictures.map(|pictures| pictures.view).unwrap_or_default() {
         View::Around {
             azimuth,
             elevation,
@@ -76,17 +55,18 @@ pub(super) fn scene_of(
         }
     };
     let settings = painter.settings();
-    let bodies = world.members().iter().enumerate().map(|(index, member)| {
-        let (_, surfaces) = painter.texture(index);
-        let surfaces = surfaces
+    let bodies = world.members().iter().zip(painter.skins());
+    let bodies = bodies.map(|(member, skin)| {
+        let surfaces = skin
+            .surfaces
             .iter()
             .map(|s| [s.specular, s.shininess, s.relief, s.relief_frequency]);
         BodyInfo {
             name: member.body.name.clone(),
             nodes: member.body.rest.len(),
-            outer: painter.tissue(index).outer_count(),
+            outer: skin.tissue.outer_count(),
             surfaces: surfaces.collect(),
-            inside: painter.depth_color(index).to_array(),
+            inside: skin.depth_color().to_array(),
         }
     });
     let background = &settings.background;
@@ -94,11 +74,7 @@ pub(super) fn scene_of(
         epoch,
         name: base.name.clone(),
         description: base.description.clone(),
-        scenes: sources
-            .list()
-            .iter()
-            .map(|source| [source.name.clone(), source.summary.clone()])
-            .collect(),
+        scenes: sources.names(),
         low: bounds.min.to_array(),
         high: bounds.max.to_array(),
         view,
@@ -129,7 +105,15 @@ fn unit_of(scene: &Scene) -> Option<f64> {
 }
 
 fn tool_of(tool: &phyxel::scene::Tool) -> ToolInfo {
-    let (shape, points, radius) = shape_of(tool.solid());
+    let zero = [0.0; 3];
+    let (shape, points, radius) = match tool.solid() {
+        ToolShape::Sphere { radius } => ("sphere", [zero, zero], radius),
+        ToolShape::Capsule { from, to, radius } => {
+            ("capsule", [from.to_array(), to.to_array()], radius)
+        }
+        ToolShape::Box { size } => ("box", [size.to_array(), zero], 0.0),
+        ToolShape::Plane { normal } => ("plane", [normal.to_array(), zero], 0.0),
+    };
     ToolInfo {
         name: tool.name.clone(),
         shape,
@@ -182,17 +166,4 @@ pub(super) fn camera_of(asked: &Picture) -> Option<(Camera, [u32; 2])> {
     let angle = Some(asked.field_of_view).filter(|angle| (1.0..=120.0).contains(angle))?;
     let camera = Camera::looking_at(eye, target, up, angle.to_radians());
     Some((camera, [asked.width, asked.height]))
-}
-
-/// The name of a tool's shape, up to two points or directions (m) and a radius (m), as the live page receives it.
-fn shape_of(shape: ToolShape) -> (&'static str, [[f64; 3]; 2], f64) {
-    let zero = [0.0; 3];
-    match shape {
-        ToolShape::Sphere { radius } => ("sphere", [zero, zero], radius),
-        ToolShape::Capsule { from, to, radius } => {
-            ("capsule", [from.to_array(), to.to_array()], radius)
-        }
-        ToolShape::Box { size } => ("box", [size.to_array(), zero], 0.0),
-        ToolShape::Plane { normal } => ("plane", [normal.to_array(), zero], 0.0),
-    }
 }

@@ -149,7 +149,7 @@ impl Show {
         }
         self.grow_all();
         let (painter, world) = self.session.drawing();
-        let (_, _, samples) = painter.view();
+        let samples = painter.settings().samples;
         painter.look(camera, [width, height], samples);
         painter.carry(world);
         let frame = painter.draw(world);

@@ -1,6 +1,5 @@
 //! What clients' users do.
 
-use glam::{DQuat, DVec3};
 use phyxel_live::{ClientId, Event, Hand, HandPhase, To};
 
 use super::Show;
@@ -75,8 +74,8 @@ impl Show {
                 rotation,
             } => {
                 let pose = Pose {
-                    rotation: DQuat::from_array(rotation).normalize(),
-                    position: DVec3::from_array(position),
+                    rotation: rotation.normalize(),
+                    position,
                 };
                 if tool >= self.session.world().scene().tools.len() {
                     return self.complain(To::One(client), &format!("there is no tool {tool}"));
@@ -92,7 +91,6 @@ impl Show {
                 }
             }
             Hand::Edge { phase, points } => {
-                let points: Vec<DVec3> = points.into_iter().map(DVec3::from_array).collect();
                 let how = "someone else is cutting";
                 if self.is_taken(self.owners.blade, client, phase, how) {
                     return;
@@ -126,13 +124,12 @@ impl Show {
                 if self.is_taken(self.owners.grip, client, phase, how) {
                     return;
                 }
-                let point = DVec3::from_array(position);
                 match phase {
                     HandPhase::Begin => {
                         self.owners.grip = Some(client);
-                        self.session.grip(point, radius);
+                        self.session.grip(position, radius);
                     }
-                    HandPhase::Move => self.session.pull(point),
+                    HandPhase::Move => self.session.pull(position),
                     HandPhase::End => {
                         self.owners.grip = None;
                         self.session.let_go();

@@ -3,18 +3,19 @@
 use std::time::Instant;
 
 use glam::DVec3;
-use phyxel_live::{To, Told, encode_force, encode_nodes, encode_state};
+use phyxel_live::{
+    BodyState, GRIP, StateMessage, To, Told, encode_force, encode_nodes, encode_state,
+};
 
 use super::{Owners, Show};
-use crate::live::skin::{Skins, plain};
-use crate::live::told::{bodies_of, scene_of, stats_of, tool_states};
+use crate::live::skin::Skins;
+use crate::live::told::{nodes_of, scene_of, stats_of, tool_states};
 use crate::run::doubts;
 
 impl Show {
     /// Takes the surfaces as they are for what clients know, who get them by [`Show::introduce`].
     pub(super) fn know_skins(&mut self) {
-        let bodies = self.session.world().members().len();
-        self.skins = Skins::new(self.session.painter(), bodies);
+        self.skins = Skins::new(self.session.painter());
     }
 
     /// Everything again: another world is shown.
@@ -33,10 +34,7 @@ impl Show {
         let world = self.session.world();
         let scene = scene_of(self.epoch, &self.session, &self.base, &self.sources);
         let nodes = world.members().iter().enumerate();
-        let nodes = nodes.map(|(index, member)| {
-            let rest = plain(&member.body.rest);
-            encode_nodes(self.epoch, index, &rest)
-        });
+        let nodes = nodes.map(|(index, member)| encode_nodes(self.epoch, index, &member.body.rest));
         let skins = self.skins.whole(self.epoch, self.session.painter());
         let messages = nodes.chain(skins).collect();
         self.server.begin(to, scene, messages);
@@ -49,8 +47,13 @@ impl Show {
         self.fresh = false;
         let world = self.session.world();
         let tools = tool_states(world);
-        let bodies = bodies_of(world);
-        let bodies: Vec<_> = bodies.iter().map(crate::live::told::Moved::view).collect();
+        let nodes = nodes_of(world);
+        let bodies: Vec<BodyState<'_>> = (nodes.iter())
+            .map(|(positions, gradients)| BodyState {
+                positions,
+                gradients,
+            })
+            .collect();
         let (mut energies, mut scale) = ([0.0; 3], 0.0);
         for member in world.members() {
             let body = &member.body;
@@ -61,35 +64,25 @@ impl Show {
             scale += audit.scale() + body.elastic.energy_round_off(body.motion.positions());
         }
         energies[2] /= f64::max(scale, f64::MIN_POSITIVE);
-        let blade = plain(self.session.blade());
-        let state = encode_state(
-            self.epoch,
-            &phyxel_live::StateMessage {
-                number: self.number,
-                step: world.steps(),
-                time: world.time(),
-                step_size: world.step_size(),
-                seen: self.seen,
-                energies,
-                grip: world.grip_force().unwrap_or(DVec3::ZERO).to_array(),
-                tools: &tools,
-                blade: &blade,
-                bodies: &bodies,
-            },
-        );
+        let state = StateMessage {
+            number: self.number,
+            step: world.steps(),
+            time: world.time(),
+            step_size: world.step_size(),
+            seen: self.seen,
+            energies,
+            grip: world.grip_force().unwrap_or(DVec3::ZERO),
+            tools: &tools,
+            blade: self.session.blade(),
+            bodies: &bodies,
+        };
+        let state = encode_state(self.epoch, &state);
         let count = tools.len();
         for (hand, samples) in self.session.forces().drain().into_iter().enumerate() {
-            let idle = samples
-                .iter()
-                .all(|sample| sample.force.iter().all(|x| *x == 0.0));
-            if !idle {
-                let hand = if hand == count {
-                    phyxel_live::GRIP
-                } else {
-                    u32::try_from(hand).unwrap_or(phyxel_live::GRIP)
-                };
-                self.server
-                    .send(To::All, encode_force(self.epoch, hand, &samples));
+            if samples.iter().any(|sample| sample.force != DVec3::ZERO) {
+                let tool = u32::try_from(hand).ok().filter(|_| hand < count);
+                let message = encode_force(self.epoch, tool.unwrap_or(GRIP), &samples);
+                self.server.send(To::All, message);
             }
         }
         self.server.put_state(self.number, state);

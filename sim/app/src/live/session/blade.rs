@@ -4,8 +4,8 @@ use glam::DVec3;
 use phyxel::{Member, StrokePhase};
 use phyxel_discretize::Bounds;
 use phyxel_enrich::resampled;
-use phyxel_live::{BladeLead, Led};
 
+use super::lead::BladeLead;
 use super::{Checkpoint, Session};
 
 /// Strokes that may wait, the one under way included: a user draws far faster than a blade may be driven.
@@ -27,7 +27,7 @@ impl Session {
     /// The blade's edge as it is driven (m); empty without a stroke.
     #[must_use]
     pub fn blade(&self) -> &[DVec3] {
-        self.stroke.front().map_or(&[], |stroke| stroke.lead.edge())
+        self.stroke.front().map_or(&[], |stroke| &stroke.lead.edge)
     }
 
     /// Starts a stroke of the blade with an edge of two points or more, as soon as the one before is
@@ -49,7 +49,7 @@ impl Session {
     /// Drives the blade of the newest stroke on.
     pub fn lead_stroke(&mut self, edge: &[DVec3]) {
         if let Some(stroke) = self.stroke.back_mut() {
-            let count = stroke.lead.edge().len();
+            let count = stroke.lead.edge.len();
             let edge = if edge.len() == count {
                 edge.to_vec()
             } else {
@@ -62,7 +62,7 @@ impl Session {
     /// Ends the newest stroke where its blade was driven last.
     pub fn end_stroke(&mut self) {
         if let Some(stroke) = self.stroke.back_mut() {
-            stroke.lead.end();
+            stroke.lead.ending = true;
         }
     }
 
@@ -80,14 +80,10 @@ impl Session {
             }
             return Some(due);
         }
-        let before = stroke.lead.edge()[0];
+        let before = stroke.lead.edge[0];
         let led = stroke.lead.lead(step);
-        self.moved[0] = stroke.lead.edge()[0].distance(before);
-        let due = match led {
-            Led::Nothing => return None,
-            Led::Capture(edge) => (StrokePhase::Update, edge),
-            Led::End(edge) => (StrokePhase::End, edge),
-        };
+        self.moved[0] = stroke.lead.edge[0].distance(before);
+        let due = led?;
         match stroke.first.take() {
             Some(first) if due.0 == StrokePhase::End && first == due.1 => {
                 self.stroke.pop_front();
@@ -117,7 +113,7 @@ impl Session {
         let Some(stroke) = self.stroke.front() else {
             return;
         };
-        if stroke.due.is_some() || (stroke.first.is_none() && !stroke.lead.is_ending()) {
+        if stroke.due.is_some() || (stroke.first.is_none() && !stroke.lead.ending) {
             return;
         }
         let positions = self.world.members().iter().flat_map(|Member { body, .. }| {
@@ -137,7 +133,7 @@ impl Session {
         };
         if stroke.first.is_some() {
             (0..air).for_each(|_| stroke.lead.skip());
-            stroke.first = Some(stroke.lead.edge().to_vec());
+            stroke.first = Some(stroke.lead.edge.clone());
         } else if air + 1 == edges {
             stroke.lead.stop();
         }

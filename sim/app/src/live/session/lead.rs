@@ -7,6 +7,9 @@
 use std::collections::VecDeque;
 
 use glam::{DQuat, DVec3};
+use phyxel::StrokePhase;
+use phyxel::scene::Pose;
+use phyxel_enrich::largest_distance;
 
 /// Time (s) in which a tool makes up for most of its lag: half of a pointer's interval at 60 a second.
 const LAG: f64 = 0.008;
@@ -17,47 +20,27 @@ const LARGEST_TURN: f64 = 20.0;
 /// Distance (m) and angle (rad) at which a tool has arrived.
 const ARRIVED: f64 = 1e-7;
 
-/// Where a tool is (m), and how it is turned.
-pub type Placement = (DVec3, DQuat);
-
 /// A tool on its way to where a client wants it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PoseLead {
-    now: Placement,
-    target: Placement,
+pub(super) struct PoseLead {
+    pub(super) now: Pose,
+    pub(super) target: Pose,
 }
 
 impl PoseLead {
     /// A tool at rest.
-    #[must_use]
-    pub const fn new(now: Placement) -> Self {
+    pub(super) fn new(now: Pose) -> Self {
         Self { now, target: now }
     }
 
-    /// Where it is.
-    #[must_use]
-    pub const fn now(&self) -> Placement {
-        self.now
-    }
-
-    /// Sets where it shall go.
-    pub fn aim(&mut self, target: Placement) {
-        self.target = target;
-    }
-
-    /// Puts it somewhere at once.
-    pub fn put(&mut self, now: Placement) {
-        *self = Self::new(now);
-    }
-
     /// Moves it for a step (s); where it is then, if it moved.
-    pub fn lead(&mut self, step: f64) -> Option<Placement> {
+    pub(super) fn lead(&mut self, step: f64) -> Option<Pose> {
         if self.now == self.target {
             return None;
         }
-        let ((from, turned), (to, turn)) = (self.now, self.target);
-        let way = to - from;
-        let turn = (turn * turned.inverse()).normalize();
+        let Pose { position, rotation } = self.now;
+        let way = self.target.position - position;
+        let turn = (self.target.rotation * rotation.inverse()).normalize();
         let turn = if turn.w < 0.0 { -turn } else { turn };
         let (axis, angle) = turn.to_axis_angle();
         if way.length() < ARRIVED && angle < ARRIVED {
@@ -65,10 +48,11 @@ impl PoseLead {
             return Some(self.now);
         }
         let share = 1.0 - (-step / LAG).exp();
-        let position = from + (way * share).clamp_length_max(LARGEST_SPEED * step);
         let angle = (angle * share).min(LARGEST_TURN * step);
-        let rotation = (DQuat::from_axis_angle(axis, angle) * turned).normalize();
-        self.now = (position, rotation);
+        self.now = Pose {
+            position: position + (way * share).clamp_length_max(LARGEST_SPEED * step),
+            rotation: (DQuat::from_axis_angle(axis, angle) * rotation).normalize(),
+        };
         Some(self.now)
     }
 }
@@ -78,31 +62,21 @@ const MOST_WAITING: usize = 256;
 
 /// A blade's edge on its way along what a client drew.
 #[derive(Debug, Clone, PartialEq)]
-pub struct BladeLead {
-    edge: Vec<DVec3>,
+pub(super) struct BladeLead {
+    /// The edge as it is now.
+    pub(super) edge: Vec<DVec3>,
     captured: Vec<DVec3>,
     /// Edges still to come, in order.
     waiting: VecDeque<Vec<DVec3>>,
     /// Path length (m) of the farthest point between two captures.
     capture: f64,
-    ending: bool,
-}
-
-/// What a step of a blade asks for.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Led {
-    /// Nothing yet.
-    Nothing,
-    /// The edge is to be captured.
-    Capture(Vec<DVec3>),
-    /// The edge is to be captured, and the stroke ends.
-    End(Vec<DVec3>),
+    /// Whether the stroke ends where the last edge that waits lies.
+    pub(super) ending: bool,
 }
 
 impl BladeLead {
     /// A stroke that starts at an edge of two points or more and is captured every `capture` (m).
-    #[must_use]
-    pub fn new(edge: Vec<DVec3>, capture: f64) -> Self {
+    pub(super) fn new(edge: Vec<DVec3>, capture: f64) -> Self {
         Self {
             captured: edge.clone(),
             edge,
@@ -112,17 +86,11 @@ impl BladeLead {
         }
     }
 
-    /// The edge as it is now.
-    #[must_use]
-    pub fn edge(&self) -> &[DVec3] {
-        &self.edge
-    }
-
     /// Adds an edge that it shall pass.
     ///
     /// # Panics
     /// If it has not as many points as the first.
-    pub fn pass(&mut self, edge: Vec<DVec3>) {
+    pub(super) fn pass(&mut self, edge: Vec<DVec3>) {
         assert_eq!(edge.len(), self.edge.len(), "as many points as the first");
         if self.ending {
             return;
@@ -134,13 +102,13 @@ impl BladeLead {
     }
 
     /// The edges that it has still to pass, from where it is now.
-    pub fn way(&self) -> impl Iterator<Item = &[DVec3]> {
+    pub(super) fn way(&self) -> impl Iterator<Item = &[DVec3]> {
         let waiting = self.waiting.iter().map(Vec::as_slice);
-        std::iter::once(self.edge()).chain(waiting)
+        std::iter::once(&*self.edge).chain(waiting)
     }
 
     /// Goes to the next edge at once, and from there as if the stroke began.
-    pub fn skip(&mut self) {
+    pub(super) fn skip(&mut self) {
         if let Some(next) = self.waiting.pop_front() {
             self.captured.clone_from(&next);
             self.edge = next;
@@ -148,25 +116,14 @@ impl BladeLead {
     }
 
     /// Ends the stroke where the blade is.
-    pub fn stop(&mut self) {
+    pub(super) fn stop(&mut self) {
         self.waiting.clear();
         self.ending = true;
     }
 
-    /// Whether the stroke ends with the edges that wait.
-    #[must_use]
-    pub const fn is_ending(&self) -> bool {
-        self.ending
-    }
-
-    /// Ends the stroke where the last edge lies.
-    pub fn end(&mut self) {
-        self.ending = true;
-    }
-
     /// Moves the edge for a step (s), by as much as makes the farthest point reach the speed limit, or
-    /// the path between two captures.
-    pub fn lead(&mut self, step: f64) -> Led {
+    /// the path between two captures; the edge where it is to be captured, and whether the stroke goes on or ends with it.
+    pub(super) fn lead(&mut self, step: f64) -> Option<(StrokePhase, Vec<DVec3>)> {
         let mut left = LARGEST_SPEED * step;
         while let Some(next) = self.waiting.front() {
             let way = largest_distance(&self.edge, next);
@@ -188,20 +145,13 @@ impl BladeLead {
         // Round-off must not hold a capture back.
         let due = moved >= self.capture * (1.0 - 1e-9);
         if self.ending && self.waiting.is_empty() {
-            return Led::End(self.edge.clone());
+            return Some((StrokePhase::End, self.edge.clone()));
         }
-        if due {
+        due.then(|| {
             self.captured.clone_from(&self.edge);
-            return Led::Capture(self.edge.clone());
-        }
-        Led::Nothing
+            (StrokePhase::Update, self.edge.clone())
+        })
     }
-}
-
-/// Largest distance (m) of two points in the same position of two lines.
-fn largest_distance(from: &[DVec3], to: &[DVec3]) -> f64 {
-    let moves = from.iter().zip(to).map(|(from, to)| from.distance(*to));
-    moves.fold(0.0, f64::max)
 }
 
 #[cfg(test)]
@@ -210,19 +160,22 @@ mod tests {
 
     #[test]
     fn a_tool_arrives_and_is_never_faster_than_allowed() {
-        let start = (DVec3::ZERO, DQuat::IDENTITY);
-        let goal = (DVec3::new(0.03, -0.02, 0.01), DQuat::from_rotation_x(2.0));
+        let start = Pose::IDENTITY;
+        let goal = Pose {
+            position: DVec3::new(0.03, -0.02, 0.01),
+            rotation: DQuat::from_rotation_x(2.0),
+        };
         let mut lead = PoseLead::new(start);
         assert_eq!(lead.lead(1e-3), None, "nothing to do");
-        lead.aim(goal);
+        lead.target = goal;
         let (mut before, mut steps) = (start, 0);
         while let Some(now) = lead.lead(1e-3) {
-            let way = now.0.distance(before.0);
+            let way = now.position.distance(before.position);
             assert!(way <= LARGEST_SPEED * 1e-3 * (1.0 + 1e-12), "{way} m");
             (before, steps) = (now, steps + 1);
             assert!(steps < 1000, "it must arrive");
         }
-        assert_eq!(lead.now(), goal);
+        assert_eq!(lead.now, goal);
     }
 
     #[test]
@@ -231,23 +184,20 @@ mod tests {
         let mut lead = BladeLead::new(edge(0.0, 0.0), 0.004);
         lead.pass(edge(0.01, 0.0));
         lead.pass(edge(0.01, 0.01));
-        lead.end();
+        lead.ending = true;
         let (mut captures, mut last) = (Vec::new(), DVec3::ZERO);
         for _ in 0..1000 {
-            match lead.lead(1e-3) {
-                Led::Nothing => {}
-                Led::Capture(edge) => captures.push(edge[0]),
-                Led::End(edge) => {
-                    captures.push(edge[0]);
-                    break;
-                }
+            let led = lead.lead(1e-3);
+            captures.extend(led.iter().map(|(_, edge)| edge[0]));
+            if led.is_some_and(|(phase, _)| phase == StrokePhase::End) {
+                break;
             }
-            let way = lead.edge()[0].distance(last);
+            let way = lead.edge[0].distance(last);
             assert!(
                 way <= LARGEST_SPEED * 1e-3 * (1.0 + 1e-9),
                 "{way} m in a step"
             );
-            last = lead.edge()[0];
+            last = lead.edge[0];
         }
         assert_eq!(captures.last(), Some(&DVec3::new(0.01, 0.01, 0.0)));
         let pairs = captures.windows(2);

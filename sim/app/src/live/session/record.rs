@@ -1,31 +1,34 @@
 //! What is kept of a session: forces, paths, and the score sheet.
 
-use crate::outgoing::ForceSample;
+use glam::DVec3;
+use phyxel_live::ForceSample;
+
+use crate::run::csv_row;
 
 /// Simulated time (s) between two samples of a force: what haptic devices are fed with.
 const SAMPLE: f64 = 1e-3;
 
 /// Ways and largest forces of a session.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Score {
+pub(in crate::live) struct Score {
     /// Path length (m) of the blade's middle, of tools that touch, of the grip.
-    pub path: [f64; 3],
+    pub(in crate::live) path: [f64; 3],
     /// Largest force (N) on a tool and on the grip.
-    pub peak: [f64; 2],
+    pub(in crate::live) peak: [f64; 2],
     /// Simulated time (s) in which a blade cut, a tool touched, a hand gripped.
-    pub time: [f64; 3],
+    pub(in crate::live) time: [f64; 3],
 }
 
 /// Samples that were not sent yet: of each tool, then of the grip.
 #[derive(Debug, Clone, Default)]
-pub struct Forces {
+pub(in crate::live) struct Forces {
     samples: Vec<Vec<ForceSample>>,
     next: f64,
 }
 
 impl Forces {
     /// Takes a sample at a simulated time (s) if one is due: forces (N) and penetrations (m) of the tools and of the grip.
-    pub fn take(&mut self, time: f64, forces: &[([f64; 3], f64)]) {
+    pub(super) fn take(&mut self, time: f64, forces: &[(DVec3, f64)]) {
         self.samples.resize_with(forces.len(), Vec::new);
         if time < self.next {
             return;
@@ -46,13 +49,12 @@ impl Forces {
     }
 
     /// Hands the samples out: those of each tool, then the grip's.
-    #[must_use]
-    pub fn drain(&mut self) -> Vec<Vec<ForceSample>> {
+    pub(in crate::live) fn drain(&mut self) -> Vec<Vec<ForceSample>> {
         self.samples.iter_mut().map(std::mem::take).collect()
     }
 
     /// Time (s) continues from here; what was not handed out is lost.
-    pub fn restart(&mut self, time: f64) {
+    pub(super) fn restart(&mut self, time: f64) {
         self.next = time;
         self.samples.clear();
     }
@@ -60,9 +62,7 @@ impl Forces {
 
 impl Score {
     /// The sheet as CSV, with `rows` before its own.
-    #[must_use]
-    pub fn csv(&self, rows: &[(&str, String)]) -> Vec<u8> {
-        let mut writer = csv::Writer::from_writer(Vec::new());
+    pub(super) fn csv(&self, rows: &[(&str, String)]) -> String {
         let own = [
             ("blade_path_m", self.path[0]),
             ("blade_time_s", self.time[0]),
@@ -73,14 +73,9 @@ impl Score {
             ("grip_time_s", self.time[2]),
             ("grip_peak_force_n", self.peak[1]),
         ];
-        // Writing into memory cannot fail.
-        let _ = writer.write_record(["quantity", "value"]);
-        for (name, value) in rows {
-            let _ = writer.write_record([*name, value]);
-        }
-        for (name, value) in own {
-            let _ = writer.write_record([name, &format!("{value:.6}")]);
-        }
-        writer.into_inner().unwrap_or_default()
+        let own = own.map(|(name, value)| csv_row(&[name, &format!("{value:.6}")]));
+        let rows = rows.iter().map(|(name, value)| csv_row(&[name, &**value]));
+        let header = csv_row(&["quantity", "value"]);
+        std::iter::once(header).chain(rows).chain(own).collect()
     }
 }
