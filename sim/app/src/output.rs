@@ -8,7 +8,7 @@ mod interrupt;
 mod progress;
 
 pub use checkpoint::{CheckpointError, CheckpointFault, read_checkpoint, write_checkpoint};
-pub use folder::{OutputError, OutputFile, OutputFolder};
+pub use folder::{OutputError, OutputFolder};
 pub use input::{InputFileError, input_csv, read_input};
 pub use interrupt::Interrupt;
 pub use progress::Progress;

@@ -62,7 +62,7 @@ pub enum OutputError {
 #[derive(Debug)]
 pub struct OutputFolder {
     path: PathBuf,
-    /// The folders made on the way, outermost first.
+    /// The folders made on the way, innermost first.
     made: Vec<PathBuf>,
     /// Held from [`OutputFolder::claim`] on.
     lock: Option<File>,
@@ -88,7 +88,7 @@ impl OutputFolder {
         })?;
         let folder = Self {
             path: path.to_owned(),
-            made: missing.into_iter().rev().collect(),
+            made: missing,
             lock: None,
         };
         let probe = folder.temporary().and_then(|mut file| {
@@ -182,29 +182,38 @@ impl OutputFolder {
     /// # Errors
     /// [`OutputError::File`]; what had the name before is then untouched.
     pub fn write(&self, name: impl AsRef<OsStr>, content: &[u8]) -> Result<(), OutputError> {
-        let mut file = self.file(name)?;
-        file.write_all(content)
-            .map_err(|source| file.error(source))?;
-        file.finish()
+        let source = |source| OutputError::File {
+            file: self.path.join(name.as_ref()),
+            source,
+        };
+        self.fill(name.as_ref(), |file| {
+            file.write_all(content).map_err(source)
+        })
     }
 
-    /// Starts a file that grows while the run continues; it takes its name in
-    /// [`OutputFile::finish`].
+    /// Writes a file by a function; it takes its name when it is complete.
     ///
     /// # Errors
-    /// [`OutputError::File`] if it cannot be made.
-    pub fn file(&self, name: impl AsRef<OsStr>) -> Result<OutputFile, OutputError> {
+    /// Those of the function, and [`OutputError::File`]; what had the name before is then untouched.
+    pub fn fill<E: From<OutputError>>(
+        &self,
+        name: impl AsRef<OsStr>,
+        fill: impl FnOnce(&mut dyn Write) -> Result<(), E>,
+    ) -> Result<(), E> {
         let target = self.path.join(name.as_ref());
-        match self.temporary() {
-            Ok(file) => Ok(OutputFile {
-                writer: BufWriter::new(file),
-                target,
-            }),
-            Err(source) => Err(OutputError::File {
-                file: target,
-                source,
-            }),
-        }
+        let failed = |source| OutputError::File {
+            file: target.clone(),
+            source,
+        };
+        let mut writer = BufWriter::new(self.temporary().map_err(failed)?);
+        fill(&mut writer)?;
+        let file = writer.into_inner().map_err(io::IntoInnerError::into_error);
+        let whole = file.and_then(|file| {
+            file.as_file().sync_data()?;
+            Ok(file.persist(&target)?)
+        });
+        whole.map_err(failed)?;
+        Ok(())
     }
 
     /// Removes a file, if it is there.
@@ -289,62 +298,12 @@ impl Drop for OutputFolder {
             let _ = fs::remove_file(self.path.join(LOCK));
             drop(lock);
         }
-        for folder in self.made.iter().rev() {
+        for folder in &self.made {
             // Removes empty folders only, which is what is wanted.
             if fs::remove_dir(folder).is_err() {
                 break;
             }
         }
-    }
-}
-
-/// A file on its way; dropped before [`OutputFile::finish`], it leaves nothing.
-#[derive(Debug)]
-pub struct OutputFile {
-    writer: BufWriter<NamedTempFile>,
-    target: PathBuf,
-}
-
-impl OutputFile {
-    /// Completes the file and gives it its name.
-    ///
-    /// # Errors
-    /// [`OutputError::File`]; what had the name before is then untouched.
-    pub fn finish(self) -> Result<(), OutputError> {
-        let file = self
-            .writer
-            .into_inner()
-            .map_err(io::IntoInnerError::into_error);
-        let whole = file.and_then(|file| {
-            file.as_file().sync_data()?;
-            Ok(file.persist(&self.target)?)
-        });
-        match whole {
-            Ok(_) => Ok(()),
-            Err(source) => Err(OutputError::File {
-                file: self.target,
-                source,
-            }),
-        }
-    }
-
-    /// The failure `source` with the file's name.
-    #[must_use]
-    pub fn error(&self, source: io::Error) -> OutputError {
-        OutputError::File {
-            file: self.target.clone(),
-            source,
-        }
-    }
-}
-
-impl Write for OutputFile {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.writer.write(bytes)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.writer.flush()
     }
 }
 
@@ -367,16 +326,20 @@ mod tests {
         let root = tempfile::tempdir().expect("a temporary folder");
         let folder = OutputFolder::create(&root.path().join("a/b")).expect("it can be made");
         folder.write("x.txt", b"one").expect("it can be written");
-        let mut growing = folder.file("x.txt").expect("it can be made");
-        growing.write_all(b"two").expect("it can be written");
-        growing.flush().expect("it can be written");
-        assert_eq!(fs::read(folder.path().join("x.txt")).unwrap(), b"one");
-        drop(growing);
+        let file = folder.path().join("x.txt");
+        let failed = folder.fill("x.txt", |growing| {
+            growing.write_all(b"two").expect("it can be written");
+            growing.flush().expect("it can be written");
+            assert_eq!(fs::read(&file).unwrap(), b"one");
+            Err(OutputError::File {
+                file: file.clone(),
+                source: io::ErrorKind::Other.into(),
+            })
+        });
+        assert!(failed.is_err());
         assert_eq!(names(folder.path()), ["x.txt"]);
-        let mut growing = folder.file("x.txt").expect("it can be made");
-        growing.write_all(b"three").expect("it can be written");
-        growing.finish().expect("it can be renamed");
-        assert_eq!(fs::read(folder.path().join("x.txt")).unwrap(), b"three");
+        folder.write("x.txt", b"three").expect("it can be renamed");
+        assert_eq!(fs::read(&file).unwrap(), b"three");
         assert_eq!(names(folder.path()), ["x.txt"]);
     }
 

@@ -1,12 +1,12 @@
 //! The summary of a world when its run ends.
 
-use super::history::Extremes;
+use super::Begun;
 use super::kept::Course;
+use super::records::{Extremes, Records};
 use super::summary::{
     BodySummary, ContactSummary, CutSummary, EnergySummary, PictureSummary, SteppingSummary,
     StrokeSummary, Summary, Timings, ToolSummary,
 };
-use super::{Begun, Records};
 use crate::picture::Painter;
 use phyxel::scene::Tool;
 use phyxel::{Body, Cutting, Member, World};
@@ -26,7 +26,7 @@ pub(super) fn of(
     records: &Records,
     ending: &Ending,
 ) -> Summary {
-    let bodies = world.members().iter().zip(records.history.worst());
+    let bodies = world.members().iter().zip(&records.worst);
     let bodies = bodies.map(|(member, worst)| body_summary(member, worst));
     let bodies: Vec<BodySummary> = bodies.collect();
     let stepping = stepping_summary(world, &ending.course);
@@ -142,7 +142,7 @@ fn warnings(world: &World, records: &Records) -> Vec<String> {
     let mut warnings = crate::warnings::warnings(world);
     warnings.extend(crate::warnings::vain_cuts(world));
     warnings.extend(doubts(world));
-    let largest = records.forces.largest();
+    let largest = &records.largest;
     let tools = world.scene().tools.iter().zip(largest);
     let tools = tools.zip(world.tool_forces()).enumerate();
     // A fast one may have touched within a step alone.
@@ -230,7 +230,7 @@ fn stepping_summary(world: &World, course: &Course) -> SteppingSummary {
 }
 
 fn tool_summaries(world: &World, records: &Records) -> Vec<ToolSummary> {
-    let largest = records.forces.largest();
+    let largest = &records.largest;
     let tools = world.scene().tools.iter().zip(world.tool_forces());
     tools
         .zip(largest)

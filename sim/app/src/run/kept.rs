@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::movie::{Movie, MoviePlace};
-use super::{Records, Run, RunError};
+use super::records::Records;
+use super::{Run, RunError};
 use crate::output::{OutputError, write_checkpoint};
 use crate::picture::Painter;
 use phyxel::{World, WorldError, WorldState};

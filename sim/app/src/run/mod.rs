@@ -1,10 +1,9 @@
 //! Running a scene: from the validated scene to the files of its folder.
 
 mod ending;
-mod forces;
-mod history;
 mod kept;
 mod movie;
+mod records;
 mod report;
 mod series;
 mod states;
@@ -14,22 +13,19 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
-use serde::{Deserialize, Serialize};
-
-use crate::output::{Interrupt, OutputError, OutputFolder, Progress, input_csv};
+use crate::output::{Interrupt, OutputError, OutputFolder, Progress};
 use crate::picture::{Painter, PictureError};
 use phyxel::scene::{Rest, Scene};
 use phyxel::{BodyShares, Input, InputError, Phase, World, WorldError};
 
 #[cfg(feature = "live")]
 pub(crate) use ending::doubts;
-use forces::Forces;
-use history::History;
 use kept::Course;
 pub use kept::{CHECKPOINT, RunState};
 use movie::Movie;
+use records::Records;
 pub use report::table;
-use states::States;
+pub(crate) use series::csv_row;
 pub use summary::{
     BodySummary, CutSummary, EnergySummary, Latency, PhaseTiming, PictureSummary, SteppingSummary,
     Summary, Timings, ToolSummary,
@@ -210,15 +206,8 @@ pub(crate) fn machine_threads() -> usize {
 /// Removes what an earlier run has written, so that every file of the folder is of one run. States and
 /// frames go where the new ones are begun.
 fn clean(folder: &OutputFolder, world: &World, also: &[&str]) -> Result<(), OutputError> {
-    let names = [
-        "summary.json",
-        "history.csv",
-        forces::FILES[0],
-        forces::FILES[1],
-        movie::ANIMATION,
-        CHECKPOINT,
-    ];
-    for name in names.iter().chain(also) {
+    let names = ["summary.json", movie::ANIMATION, CHECKPOINT];
+    for name in names.iter().chain(&records::FILES).chain(also) {
         folder.remove(name)?;
     }
     states::remove_last(folder)?;
@@ -226,51 +215,6 @@ fn clean(folder: &OutputFolder, world: &World, also: &[&str]) -> Result<(), Outp
         folder.fresh_subfolder("frames", "frame-", ".png", &[])?;
     }
     Ok(())
-}
-
-/// What is written down of a run over time.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-struct Records {
-    history: History,
-    forces: Forces,
-    states: States,
-}
-
-impl Records {
-    fn new(world: &World) -> Self {
-        Self {
-            history: History::new(),
-            forces: Forces::of(world),
-            states: States::default(),
-        }
-    }
-
-    /// Whether a row of the history is due.
-    fn is_due(&self, world: &World) -> bool {
-        self.history
-            .is_due(world, world.scene().observe.history_rate)
-    }
-
-    /// Records what is due, or a last row at the `end`.
-    fn take(&mut self, world: &World, end: bool) {
-        let observe = &world.scene().observe;
-        if end || self.is_due(world) {
-            self.history.record(world, observe.history_rate);
-        }
-        self.forces.record(world, observe.force_rate);
-    }
-
-    /// Writes the files; their names.
-    fn write(&self, folder: &OutputFolder, world: &World) -> Result<Vec<String>, OutputError> {
-        let mut names = vec!["history.csv".to_owned()];
-        self.history.write(folder)?;
-        names.extend(self.forces.write(folder)?);
-        if let Some(inputs) = world.record() {
-            folder.write("input.csv", &input_csv(world.scene(), inputs))?;
-            names.push("input.csv".to_owned());
-        }
-        Ok(names)
-    }
 }
 
 /// Where this process began, which is what timings count from: a resumed run has steps and time behind it.

@@ -99,11 +99,10 @@ impl Movie {
     /// Writes a frame.
     pub(super) fn add(&mut self, frame: &Frame) -> Result<(), RunError> {
         let name = frame_name(self.place.count);
-        let mut file = self.folder.file(&name)?;
-        frame
-            .write_png(&mut file)
-            .map_err(|source| RunError::Image { file: name, source })?;
-        file.finish()?;
+        self.folder.fill(&name, |file| {
+            let failed = |source| image_error(&name, source);
+            frame.write_png(file).map_err(failed)
+        })?;
         if let Some(small) = &mut self.small
             && self.place.count.is_multiple_of(self.place.stride)
         {
@@ -127,17 +126,18 @@ impl Movie {
         let Some(small) = self.small.filter(|small| !small.is_empty()) else {
             return Ok(names);
         };
-        let mut file = folder.file(ANIMATION)?;
-        animate(&mut file, &small, self.rate, self.place.stride).map_err(|source| {
-            RunError::Image {
-                file: ANIMATION.to_owned(),
-                source,
-            }
+        folder.fill(ANIMATION, |file| {
+            let drawn = animate(file, &small, self.rate, self.place.stride);
+            drawn.map_err(|source| image_error(ANIMATION, source))
         })?;
-        file.finish()?;
         names.push(ANIMATION.to_owned());
         Ok(names)
     }
+}
+
+fn image_error(file: &str, source: ImageError) -> RunError {
+    let file = file.to_owned();
+    RunError::Image { file, source }
 }
 
 fn frame_name(count: usize) -> String {
@@ -145,7 +145,7 @@ fn frame_name(count: usize) -> String {
 }
 
 fn animate(
-    out: &mut impl Write,
+    out: &mut dyn Write,
     frames: &[Frame],
     rate: f64,
     stride: usize,

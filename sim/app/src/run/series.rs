@@ -48,7 +48,7 @@ impl Series {
 }
 
 /// A line of CSV (RFC 4180), its end included.
-fn csv_row(fields: &[impl AsRef<[u8]>]) -> String {
+pub(crate) fn csv_row(fields: &[impl AsRef<[u8]>]) -> String {
     let mut writer = csv::Writer::from_writer(Vec::new());
     // Writing into memory cannot fail, and what is valid UTF-8 stays so.
     let _ = writer.write_record(fields);

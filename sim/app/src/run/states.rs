@@ -52,11 +52,15 @@ impl States {
         Ok(())
     }
 
+    /// The rate (1/s) and the time (s) of a state, if one is due.
+    fn due(&self, world: &World) -> Option<(f64, f64)> {
+        let (rate, time) = (world.scene().observe.state_rate?, world.scene_time()?);
+        (time >= self.next / rate).then_some((rate, time))
+    }
+
     /// Whether a state is due.
     pub(super) fn is_due(&self, world: &World) -> bool {
-        let rate = world.scene().observe.state_rate;
-        let due = rate.zip(world.scene_time());
-        due.is_some_and(|(rate, time)| time >= self.next / rate)
+        self.due(world).is_some()
     }
 
     /// Writes the state that is due, if one is. Surfels are where the bodies are only after
@@ -67,13 +71,9 @@ impl States {
         world: &World,
         painter: Option<&mut Painter>,
     ) -> Result<(), OutputError> {
-        let (Some(rate), Some(time)) = (world.scene().observe.state_rate, world.scene_time())
-        else {
+        let Some((rate, time)) = self.due(world) else {
             return Ok(());
         };
-        if time < self.next / rate {
-            return Ok(());
-        }
         self.next = (time * rate).floor() + 1.0;
         let folder = OutputFolder::create(&folder.path().join(FOLDER))?;
         let index = self.times.len();
@@ -144,11 +144,11 @@ fn write(
             &vtk(body, pressures.as_deref()),
         )?;
         if let Some(painter) = &painter {
-            let (positions, normals, areas) = painter.surfels(index);
+            let skin = &painter.skins()[index];
             let surfels = SurfaceSamples {
-                positions: positions.to_vec(),
-                normals: normals.to_vec(),
-                areas: areas.to_vec(),
+                positions: skin.splats().positions.clone(),
+                normals: skin.splats().normals.clone(),
+                areas: skin.tissue.surfels().areas.clone(),
             };
             keep(format!("{}.ply", name(body)), &ply_surfels(&surfels))?;
         }

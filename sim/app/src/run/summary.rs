@@ -284,8 +284,7 @@ pub struct Latency {
 
 impl Latency {
     /// Median and worst of times in milliseconds; `None` of none.
-    #[must_use]
-    pub fn of(milliseconds: &[f64]) -> Option<Self> {
+    pub(super) fn of(milliseconds: &[f64]) -> Option<Self> {
         let mut sorted = milliseconds.to_vec();
         sorted.sort_by(f64::total_cmp);
         let worst = *sorted.last()?;
@@ -299,8 +298,7 @@ impl Latency {
 
 impl Timings {
     /// Puts the figures of a run together.
-    #[must_use]
-    pub fn new(
+    pub(super) fn new(
         phases: &Phases,
         wall: f64,
         threads: usize,
@@ -308,21 +306,12 @@ impl Timings {
         simulated: f64,
         updates: &[f64],
     ) -> Self {
-        let stepping: f64 = [
-            Phase::Forces,
-            Phase::Contact,
-            Phase::Integration,
-            Phase::Cut,
-        ]
-        .iter()
-        .map(|&phase| phases.of(phase).seconds)
-        .sum();
-        let share = |total: f64, count: u64| {
-            if count == 0 {
-                0.0
-            } else {
-                1e3 * total / count as f64
-            }
+        use Phase::{Contact, Cut, Forces, Integration};
+        let stepping = [Forces, Contact, Integration, Cut].map(|phase| phases.of(phase).seconds);
+        let stepping: f64 = stepping.iter().sum();
+        let share = |total: f64, count: u64| match count {
+            0 => 0.0,
+            _ => 1e3 * total / count as f64,
         };
         Self {
             threads,
