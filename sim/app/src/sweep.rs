@@ -5,7 +5,8 @@
 //! the files it names and of the program's version), so that any process that runs cases, in whatever order and on
 //! whatever machine, shares nothing but a folder.
 
-use std::path::Path;
+use std::io;
+use std::path::{Path, PathBuf};
 
 mod case;
 mod collect;
@@ -14,10 +15,10 @@ mod plan;
 mod pool;
 mod statistics;
 
-pub use case::{Case, Outcome, write_cases};
-pub use collect::{CollectError, Collected, collect};
-pub use plan::{Plan, PlanError};
-pub use pool::{PoolError, PoolOptions, Tally, run_cases};
+pub(crate) use case::{Case, Outcome, write_cases};
+pub(crate) use collect::collect;
+pub use plan::{Design, Plan, ResultColumn, SweptKey, Values};
+pub(crate) use pool::{PoolOptions, Tally, run_cases};
 
 use case::CaseHashes;
 use design::cases;
@@ -28,48 +29,81 @@ use crate::output::{Interrupt, OutputError, OutputFolder};
 use crate::run::{RunError, RunOptions, run};
 use phyxel::scene::{Scene, Shape};
 
-/// A case with a value that the scene does not take.
-#[derive(Debug, thiserror::Error)]
-#[error("{place}: case {case}: {source}")]
-pub struct RefusedCase {
-    /// Where the plan has the value.
-    pub place: Place,
-    /// Number of the case.
-    pub case: usize,
-    /// What is wrong with the scene.
-    pub source: Box<SceneError>,
-}
-
-/// A case of which nothing is known yet: it was not run to an end, good or bad.
+/// A sweep that cannot be planned, run or collected.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-pub enum CaseError {
-    /// Its results cannot be written.
+pub enum SweepError {
+    /// The plan is not as it must be, or asks for a result that no run has.
+    #[error(transparent)]
+    Text(#[from] TextError),
+    /// A change that all cases share cannot be understood.
+    #[error("{place}: {source}")]
+    Set {
+        /// Where.
+        place: Place,
+        /// What is wrong with it.
+        source: Box<OverrideError>,
+    },
+    /// A case has a value that the scene does not take.
+    #[error("{place}: case {case}: {source}")]
+    Refused {
+        /// Where the plan has the value.
+        place: Place,
+        /// Number of the case.
+        case: usize,
+        /// What is wrong with the scene.
+        source: Box<SceneError>,
+    },
+    /// A file cannot be written.
     #[error(transparent)]
     Output(#[from] OutputError),
-    /// It, the case of this number, was asked to stop.
+    /// The case of this number was asked to stop: nothing is known of it.
     #[error("case {0} was stopped; the same command runs it again")]
+    CaseStopped(usize),
+    /// All were asked to stop, with so many cases that are not finished.
+    #[error("stopped with {0} cases left; the same command continues with them")]
     Stopped(usize),
+    /// No process can be started.
+    #[error("cannot start {}: {source}", program.display())]
+    Start {
+        /// The program.
+        program: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// A process ended without an outcome and without fault of its scene.
+    #[error("case {case}: {said}")]
+    Case {
+        /// Number of the case.
+        case: usize,
+        /// What it said.
+        said: String,
+    },
+    /// Nothing has come to an end yet in this folder.
+    #[error("no case in {} is finished; run some first", .0.display())]
+    Nothing(PathBuf),
 }
 
 /// Where a plan says what is wrong with its scene: at one of the changes that all cases share, or where it
 /// names the scene.
-#[must_use]
-pub fn place_of(plan: &Plan, error: &SceneError) -> Place {
-    plan.place_of_change(match error {
-        SceneError::Text(TextError::Override(OverrideError { text, .. })) => text,
-        SceneError::Text(TextError::At { place, .. }) => {
+pub(crate) fn place_of(plan: &Plan, error: Option<&SceneError>) -> Place {
+    let change = match error {
+        Some(SceneError::Text(TextError::Override(OverrideError { text, .. }))) => text,
+        Some(SceneError::Text(TextError::At { place, .. })) => {
             place.origin.strip_prefix("--set ").unwrap_or_default()
         }
         _ => "",
-    })
+    };
+    let index = plan.set.iter().position(|set| set.to_string() == change);
+    let path = index.map_or("scene".to_owned(), |index| format!("set[{index}]"));
+    plan.source.place(&path)
 }
 
 /// Every case of a plan; `base` is its scene with the changes that all share.
 ///
 /// # Errors
-/// [`RefusedCase`] if a case has a value that the scene does not take.
-pub fn all_cases(plan: &Plan, base: &Scene) -> Result<Vec<Case>, RefusedCase> {
+/// [`SweepError::Refused`] if a case has a value that the scene does not take.
+pub(crate) fn all_cases(plan: &Plan, base: &Scene) -> Result<Vec<Case>, SweepError> {
     let text = phyxel_scene::to_ron(base);
     let hashes = CaseHashes::default();
     let rows = cases(plan).into_par_iter().enumerate();
@@ -84,11 +118,11 @@ pub fn all_cases(plan: &Plan, base: &Scene) -> Result<Vec<Case>, RefusedCase> {
 ///
 /// # Errors
 /// As [`all_cases`].
-pub fn one_case(
+pub(crate) fn one_case(
     plan: &Plan,
     base: &Scene,
     number: usize,
-) -> Result<Option<(Case, Scene)>, RefusedCase> {
+) -> Result<Option<(Case, Scene)>, SweepError> {
     let index = number.checked_sub(1);
     let values = index.and_then(|index| cases(plan).into_iter().nth(index));
     let base = phyxel_scene::to_ron(base);
@@ -102,7 +136,7 @@ fn case(
     number: usize,
     values: Vec<String>,
     hashes: &CaseHashes,
-) -> Result<(Case, Scene), RefusedCase> {
+) -> Result<(Case, Scene), SweepError> {
     let scene = scene(plan, base, number, &values)?;
     let text = phyxel_scene::to_ron(&scene);
     let hash = hashes.of(env!("CARGO_PKG_VERSION"), &text, files_of(&scene));
@@ -115,9 +149,12 @@ fn case(
 }
 
 /// The scene of a case.
-fn scene(plan: &Plan, base: &str, number: usize, values: &[String]) -> Result<Scene, RefusedCase> {
-    let refused = |index: Option<usize>, error: SceneError| RefusedCase {
-        place: plan.place_of_key(index),
+fn scene(plan: &Plan, base: &str, number: usize, values: &[String]) -> Result<Scene, SweepError> {
+    let refused = |index: Option<usize>, error: SceneError| SweepError::Refused {
+        place: plan.source.place(&match index {
+            Some(index) => format!("keys[{index}].values"),
+            None => "keys".to_owned(),
+        }),
         case: number,
         source: Box::new(error.without_position()),
     };
@@ -162,14 +199,14 @@ fn files_of(scene: &Scene) -> impl Iterator<Item = &Path> {
 /// Runs a case, whose scene this is, in this process and writes down how it ended. A run that fails is an outcome.
 ///
 /// # Errors
-/// [`CaseError`] if it did not come to an end of its own.
-pub fn run_case(
+/// [`SweepError`] if it did not come to an end of its own.
+pub(crate) fn run_case(
     case: &Case,
     scene: &Scene,
     sweep: &Path,
     threads: Option<usize>,
     interrupt: &Interrupt,
-) -> Result<Outcome, CaseError> {
+) -> Result<Outcome, SweepError> {
     case.begin(sweep)?;
     let out = case.folder(sweep);
     let options = RunOptions {
@@ -181,9 +218,7 @@ pub fn run_case(
     let error = match run(scene, &options) {
         Ok(_) => None,
         Err(RunError::Output(error)) => return Err(error.into()),
-        Err(RunError::Interrupted { .. }) => {
-            return Err(CaseError::Stopped(case.number));
-        }
+        Err(RunError::Interrupted { .. }) => return Err(SweepError::CaseStopped(case.number)),
         // Without the advice to resume from a checkpoint, which would be another scene.
         Err(RunError::Diverged { source, .. }) => Some(source.to_string()),
         Err(error) => Some(error.to_string()),

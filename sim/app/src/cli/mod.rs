@@ -18,7 +18,7 @@ use clap::{Args, Parser, Subcommand};
 
 use crate::output::{CheckpointError, InputFileError, OutputError};
 use crate::run::RunError;
-use crate::sweep::{CaseError, CollectError, PlanError, PoolError, RefusedCase};
+use crate::sweep::SweepError;
 use phyxel_scene::{Place, SceneError};
 
 /// Point-based surgical simulation: runs scenes in which soft bodies deform and are cut.
@@ -99,17 +99,9 @@ enum CliError {
     #[error(transparent)]
     Server(#[from] phyxel_live::ServerError),
     #[error(transparent)]
-    Plan(#[from] PlanError),
-    #[error(transparent)]
-    Refused(#[from] RefusedCase),
+    Sweep(#[from] SweepError),
     #[error("{place}: {error}")]
     Planned { place: Place, error: Box<CliError> },
-    #[error(transparent)]
-    Case(#[from] CaseError),
-    #[error(transparent)]
-    Pool(#[from] PoolError),
-    #[error(transparent)]
-    Collect(#[from] CollectError),
     #[error("case {number}: {error}; to run it again: --retry")]
     CaseFailed { number: usize, error: String },
     #[error("--case {number}: the plan has cases 1 to {cases}")]

@@ -13,7 +13,7 @@ use super::{CliError, printable};
 use crate::output::{Interrupt, OutputError, OutputFolder};
 use crate::run::machine_threads;
 use crate::sweep::{
-    Case, CaseError, Outcome, Plan, PoolOptions, Tally, all_cases, collect, one_case, place_of,
+    Case, Outcome, Plan, PoolOptions, SweepError, Tally, all_cases, collect, one_case, place_of,
     run_case, run_cases, write_cases,
 };
 use phyxel::scene::Scene;
@@ -71,7 +71,7 @@ pub(super) fn sweep(arguments: &SweepArguments) -> Result<(), CliError> {
         return tell(arguments, &format!("{} cases", cases.len()));
     }
     if arguments.collect {
-        return collected(arguments, &plan, &cases, &folder);
+        return tell(arguments, &collect(&plan, &cases, &folder)?);
     }
     let tally = run_all(arguments, &cases, &out)?;
     if tally.failed.is_empty() {
@@ -98,8 +98,8 @@ fn scene(plan: &Plan) -> Result<Scene, CliError> {
         .map(|(scene, _)| scene)
         .map_err(|error| CliError::Planned {
             place: match &error {
-                CliError::Scene(error) => place_of(plan, error),
-                _ => plan.place_of_scene(),
+                CliError::Scene(error) => place_of(plan, Some(error)),
+                _ => place_of(plan, None),
             },
             error: Box::new(error),
         })
@@ -149,13 +149,13 @@ fn patient(
     case: &Case,
     scene: &Scene,
     out: &Path,
-) -> Result<Outcome, CaseError> {
+) -> Result<Outcome, SweepError> {
     let interrupt = Interrupt::listen();
     let begun = Instant::now();
     loop {
         let threads = arguments.threads.map(usize::from);
         match run_case(case, scene, out, threads, &interrupt) {
-            Err(CaseError::Output(OutputError::InUse { .. }))
+            Err(SweepError::Output(OutputError::InUse { .. }))
                 if arguments.tied && begun.elapsed() < PATIENCE =>
             {
                 thread::sleep(Duration::from_millis(50));
@@ -217,23 +217,4 @@ fn run_all(arguments: &SweepArguments, cases: &[Case], out: &Path) -> Result<Tal
     );
     tell(arguments, &line)?;
     Ok(tally)
-}
-
-fn collected(
-    arguments: &SweepArguments,
-    plan: &Plan,
-    cases: &[Case],
-    folder: &OutputFolder,
-) -> Result<(), CliError> {
-    let found = collect(plan, cases, folder)?;
-    let line = format!(
-        "{} cases: {} ended, {} of them without a warning, {} failed, {} not run yet; {}: results.csv, quantiles.csv",
-        found.cases,
-        found.ended,
-        found.healthy,
-        found.failed,
-        found.cases - found.ended - found.failed,
-        folder.path().display()
-    );
-    tell(arguments, &line)
 }

@@ -18,24 +18,24 @@ const OUTCOME: &str = "outcome.json";
 
 /// One run of a sweep.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Case {
+pub(crate) struct Case {
     /// Number, from 1.
-    pub number: usize,
+    pub(crate) number: usize,
     /// Value of each key, as RON; the order is that of the plan's keys.
-    pub values: Vec<String>,
+    pub(crate) values: Vec<String>,
     /// Of all that it is run with (`CaseHashes`).
-    pub hash: String,
+    pub(crate) hash: String,
 }
 
 /// How a case ended.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Outcome {
+pub(crate) struct Outcome {
     /// Number of the case.
-    pub case: usize,
+    pub(crate) case: usize,
     /// Hash of what was run.
-    pub hash: String,
+    pub(crate) hash: String,
     /// Why it failed; `None` if it came to its end.
-    pub error: Option<String>,
+    pub(crate) error: Option<String>,
 }
 
 /// A line of the list.
@@ -61,21 +61,18 @@ impl Case {
     }
 
     /// Whether the list in a folder has this case as it is.
-    #[must_use]
-    pub fn is_listed(&self, plan: &Plan, folder: &Path) -> bool {
+    pub(crate) fn is_listed(&self, plan: &Plan, folder: &Path) -> bool {
         fs::read_to_string(folder.join(LIST))
             .is_ok_and(|list| list.lines().nth(self.number - 1) == Some(&self.line(plan)))
     }
 
     /// Folder of the case in that of its sweep.
-    #[must_use]
-    pub fn folder(&self, sweep: &Path) -> PathBuf {
+    pub(crate) fn folder(&self, sweep: &Path) -> PathBuf {
         sweep.join("cases").join(format!("{:06}", self.number))
     }
 
     /// How the case ended; `None` if it has not, if what ended was run with something else, or if its summary is gone.
-    #[must_use]
-    pub fn outcome(&self, sweep: &Path) -> Option<Outcome> {
+    pub(crate) fn outcome(&self, sweep: &Path) -> Option<Outcome> {
         let text = fs::read(self.folder(sweep).join(OUTCOME)).ok()?;
         let outcome: Outcome = serde_json::from_slice(&text).ok()?;
         let summary = fs::metadata(self.folder(sweep).join("summary.json"));
@@ -87,7 +84,7 @@ impl Case {
     ///
     /// # Errors
     /// [`OutputError`] if someone else holds it or it cannot be written.
-    pub fn begin(&self, sweep: &Path) -> Result<(), OutputError> {
+    pub(crate) fn begin(&self, sweep: &Path) -> Result<(), OutputError> {
         // Held before the outcome goes, so that no one else is about to write it.
         let folder = OutputFolder::claim(&self.folder(sweep))?;
         folder.remove(OUTCOME)?;
@@ -98,7 +95,7 @@ impl Case {
     ///
     /// # Errors
     /// [`OutputError`] if it cannot be written.
-    pub fn end(&self, sweep: &Path, error: Option<String>) -> Result<Outcome, OutputError> {
+    pub(crate) fn end(&self, sweep: &Path, error: Option<String>) -> Result<Outcome, OutputError> {
         let outcome = Outcome {
             case: self.number,
             hash: self.hash.clone(),
@@ -115,7 +112,11 @@ impl Case {
 ///
 /// # Errors
 /// [`OutputError`] if it cannot be written.
-pub fn write_cases(plan: &Plan, cases: &[Case], folder: &OutputFolder) -> Result<(), OutputError> {
+pub(crate) fn write_cases(
+    plan: &Plan,
+    cases: &[Case],
+    folder: &OutputFolder,
+) -> Result<(), OutputError> {
     let mut text = String::new();
     for case in cases {
         text.push_str(&case.line(plan));

@@ -6,38 +6,12 @@ use std::path::{Path, PathBuf};
 use phyxel_scene::{KeyPath, Segment};
 use serde_json::{Number, Value};
 
+use super::SweepError;
 use super::case::Case;
-use super::plan::{Plan, PlanError, ResultColumn};
+use super::plan::{Plan, ResultColumn};
 use super::statistics::{SHARES, quantiles};
-use crate::output::{OutputError, OutputFolder};
-
-/// What was collected.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Collected {
-    /// Cases of the plan.
-    pub cases: usize,
-    /// Cases that came to their end.
-    pub ended: usize,
-    /// Those of them that warn of nothing.
-    pub healthy: usize,
-    /// Cases that failed.
-    pub failed: usize,
-}
-
-/// A table that cannot be made.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum CollectError {
-    /// A result that no run has.
-    #[error(transparent)]
-    Plan(#[from] PlanError),
-    /// A file cannot be written.
-    #[error(transparent)]
-    Output(#[from] OutputError),
-    /// Nothing has come to an end yet in the sweep's folder.
-    #[error("no case in {} is finished; run some first", .0.display())]
-    Nothing(PathBuf),
-}
+use crate::output::OutputFolder;
+use crate::run::csv_row;
 
 /// What one finished case gives.
 struct Row<'a> {
@@ -53,33 +27,35 @@ struct Row<'a> {
 }
 
 /// Writes `results.csv` (a row per finished case) and `quantiles.csv` (a row per result that is a number) into the
-/// sweep's folder. What is written depends on the cases and their results alone.
+/// sweep's folder; what became of the cases, in words. What is written depends on the cases and their results alone.
 ///
 /// # Errors
-/// [`CollectError`] if nothing is finished, if no run has a result that the plan asks for, or if a file
+/// [`SweepError`] if nothing is finished, if no run has a result that the plan asks for, or if a file
 /// cannot be written.
-pub fn collect(
+pub(crate) fn collect(
     plan: &Plan,
     cases: &[Case],
     folder: &OutputFolder,
-) -> Result<Collected, CollectError> {
+) -> Result<String, SweepError> {
     let rows = cases
         .iter()
         .filter_map(|case| row(plan, case, folder.path()));
     let rows: Vec<Row<'_>> = rows.collect();
     if rows.is_empty() {
-        return Err(CollectError::Nothing(folder.path().to_owned()));
+        return Err(SweepError::Nothing(folder.path().to_owned()));
     }
     demand(plan, &rows)?;
     folder.write("results.csv", results(plan, &rows).as_bytes())?;
     folder.write("quantiles.csv", quantile_table(plan, &rows).as_bytes())?;
     let ended = rows.iter().filter(|row| row.error.is_none()).count();
-    Ok(Collected {
-        cases: cases.len(),
-        ended,
-        healthy: rows.iter().filter(|row| row.healthy).count(),
-        failed: rows.len() - ended,
-    })
+    let healthy = rows.iter().filter(|row| row.healthy).count();
+    Ok(format!(
+        "{} cases: {ended} ended, {healthy} of them without a warning, {} failed, {} not run yet; {}: results.csv, quantiles.csv",
+        cases.len(),
+        rows.len() - ended,
+        cases.len() - rows.len(),
+        folder.path().display()
+    ))
 }
 
 /// The row of a case, if it is finished.
@@ -166,7 +142,7 @@ fn extreme(file: &Path, column: &str, of: Option<&str>, choose: fn(f64, f64) -> 
 }
 
 /// Every result must be somewhere, or it is misspelt.
-fn demand(plan: &Plan, rows: &[Row<'_>]) -> Result<(), PlanError> {
+fn demand(plan: &Plan, rows: &[Row<'_>]) -> Result<(), SweepError> {
     let Some(ended) = rows.iter().find(|row| row.error.is_none()) else {
         return Ok(());
     };
@@ -202,19 +178,14 @@ fn demand(plan: &Plan, rows: &[Row<'_>]) -> Result<(), PlanError> {
         };
         let path = format!("results[{index}].{key}");
         plan.source
-            .require(false, &path, &format!("'{found}'"), &must)?;
+            .require(false, &path, format!("'{found}'"), &must)?;
     }
     Ok(())
 }
 
-fn csv_of(header: &[String], rows: impl Iterator<Item = Vec<String>>) -> String {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    // Writing into memory cannot fail, and what is valid UTF-8 stays so.
-    let _ = writer.write_record(header);
-    for row in rows {
-        let _ = writer.write_record(row);
-    }
-    String::from_utf8(writer.into_inner().unwrap_or_default()).unwrap_or_default()
+fn csv_of(header: Vec<String>, rows: impl Iterator<Item = Vec<String>>) -> String {
+    let rows = std::iter::once(header).chain(rows);
+    rows.map(|row| csv_row(&row)).collect()
 }
 
 fn results(plan: &Plan, rows: &[Row<'_>]) -> String {
@@ -236,7 +207,7 @@ fn results(plan: &Plan, rows: &[Row<'_>]) -> String {
         fields.push(row.error.clone().unwrap_or_default());
         fields
     });
-    csv_of(&header, rows)
+    csv_of(header, rows)
 }
 
 /// Every result that is a number, whether the case is healthy first.
@@ -255,11 +226,11 @@ fn quantile_table(plan: &Plan, rows: &[Row<'_>]) -> String {
         columns.push((measure.name(), numbers.collect()));
     }
     let rows = columns.iter().filter_map(|(name, values)| {
-        let found = quantiles(values)?;
-        let mut fields = vec![name.clone(), found.count.to_string()];
-        fields.extend([found.mean, found.deviation].map(number));
-        fields.extend(found.at.map(number));
+        let (moments, at) = quantiles(values)?;
+        let mut fields = vec![name.clone(), values.len().to_string()];
+        fields.extend(moments.map(number));
+        fields.extend(at.map(number));
         Some(fields)
     });
-    csv_of(&header, rows)
+    csv_of(header, rows)
 }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
+use super::SweepError;
 use phyxel_scene::{
     KeyPath, Override, OverrideError, Place, Raw, Syntax, TextError, parse, place_of,
     read_settings, shortened,
@@ -207,23 +208,6 @@ impl ResultColumn {
     }
 }
 
-/// A plan that cannot be used.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum PlanError {
-    /// The plan is not as it must be.
-    #[error(transparent)]
-    Text(#[from] TextError),
-    /// A change that all cases share cannot be understood.
-    #[error("{place}: {source}")]
-    Set {
-        /// Where.
-        place: Place,
-        /// What is wrong with it.
-        source: Box<OverrideError>,
-    },
-}
-
 /// The plan as it is written.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, rename = "Plan")]
@@ -242,8 +226,8 @@ impl Plan {
     /// Reads the plan `file` and validates all of it that does not need the scene.
     ///
     /// # Errors
-    /// A [`PlanError`] that names the position and what to do.
-    pub fn load(file: &Path) -> Result<Self, PlanError> {
+    /// A [`SweepError`] that names the position and what to do.
+    pub fn load(file: &Path) -> Result<Self, SweepError> {
         let text = read_settings(file, WHOLE)?;
         Self::from_text(&text, file)
     }
@@ -253,21 +237,20 @@ impl Plan {
     ///
     /// # Errors
     /// As [`Plan::load`].
-    pub fn from_text(text: &str, file: &Path) -> Result<Self, PlanError> {
+    pub fn from_text(text: &str, file: &Path) -> Result<Self, SweepError> {
         let source = Source {
             file: file.to_owned(),
             text: text.to_owned(),
         };
         let origin = file.display().to_string();
         let written: Written = parse(text, Syntax::Ron, &origin, WHOLE)?;
-        source.require(
-            written.version == VERSION,
-            "version",
-            &written.version,
-            &format!("this program reads version {VERSION}"),
-        )?;
+        let (version, must) = (
+            written.version,
+            format!("this program reads version {VERSION}"),
+        );
+        source.require(version == VERSION, "version", version, &must)?;
         let set = written.set.iter().enumerate().map(|(index, text)| {
-            Override::parse(text).map_err(|error| PlanError::Set {
+            Override::parse(text).map_err(|error| SweepError::Set {
                 place: source.place(&format!("set[{index}]")),
                 source: Box::new(error),
             })
@@ -292,45 +275,15 @@ impl Plan {
             .into_owned()
     }
 
-    /// Where the plan has one of the changes that all cases share; where it names the scene if it has no such.
-    #[must_use]
-    pub fn place_of_change(&self, change: &str) -> Place {
-        let index = self.set.iter().position(|set| set.to_string() == change);
-        index.map_or_else(
-            || self.place_of_scene(),
-            |index| self.source.place(&format!("set[{index}]")),
-        )
-    }
-
-    /// Where the plan has the values of a key, or all keys where none is meant.
-    #[must_use]
-    pub fn place_of_key(&self, index: Option<usize>) -> Place {
-        let path = index.map(|index| format!("keys[{index}].values"));
-        self.source.place(path.as_deref().unwrap_or("keys"))
-    }
-
-    /// Where the plan names its scene.
-    #[must_use]
-    pub fn place_of_scene(&self) -> Place {
-        self.source.place("scene")
-    }
-
-    fn validate(&self) -> Result<(), PlanError> {
+    fn validate(&self) -> Result<(), SweepError> {
         let source = &self.source;
-        source.require(
-            !self.keys.is_empty(),
-            "keys",
-            &"[]",
-            "name a key of the scene that changes from case to case",
-        )?;
+        let must = "name a key of the scene that changes from case to case";
+        source.require(!self.keys.is_empty(), "keys", "[]", must)?;
         let mut names: BTreeSet<String> = RESERVED.map(str::to_owned).into();
         let mut column = |path: &str, name: &str| {
-            source.require(
-                names.insert(name.to_owned()),
-                &format!("{path}.name"),
-                &format!("'{name}'"),
-                "another column is called so; give each a name of its own",
-            )
+            let is_new = names.insert(name.to_owned());
+            let must = "another column is called so; give each a name of its own";
+            source.require(is_new, &format!("{path}.name"), quoted(name), must)
         };
         for (index, key) in self.keys.iter().enumerate() {
             let path = format!("keys[{index}]");
@@ -340,91 +293,62 @@ impl Plan {
         for (index, result) in self.results.iter().enumerate() {
             let path = format!("results[{index}]");
             column(&path, &result.name())?;
-            if let ResultColumn::Summary { path: place, .. } = result {
-                source.require(
-                    KeyPath::parse(place).is_some(),
-                    &format!("{path}.path"),
-                    &format!("'{place}'"),
-                    "it must be a path such as bodies[0].energy.elastic",
-                )?;
-            }
-            if let ResultColumn::Largest { file, .. } | ResultColumn::Smallest { file, .. } = result
-            {
-                source.require(
-                    file.ends_with(".csv") && !file.contains(['/', '\\']),
-                    &format!("{path}.file"),
-                    &format!("'{file}'"),
-                    "it must be a table of a run's folder, such as history.csv or tools.csv",
-                )?;
-            }
+            let (fits, key, found, must) = match result {
+                ResultColumn::Summary { path, .. } => {
+                    let must = "it must be a path such as bodies[0].energy.elastic";
+                    (KeyPath::parse(path).is_some(), "path", path, must)
+                }
+                ResultColumn::Largest { file, .. } | ResultColumn::Smallest { file, .. } => {
+                    let fits = file.ends_with(".csv") && !file.contains(['/', '\\']);
+                    let must =
+                        "it must be a table of a run's folder, such as history.csv or tools.csv";
+                    (fits, "file", file, must)
+                }
+            };
+            source.require(fits, &format!("{path}.{key}"), quoted(found), must)?;
         }
         let count = self.case_count();
-        source.require(
-            (1..=MOST_CASES).contains(&count),
-            "design",
-            &format!("one of {count} cases"),
-            &format!("a sweep has from 1 to {MOST_CASES}"),
-        )
+        let fits = (1..=MOST_CASES).contains(&count);
+        let must = format!("a sweep has from 1 to {MOST_CASES}");
+        source.require(fits, "design", format!("one of {count} cases"), &must)
     }
 
-    fn key(&self, path: &str, key: &SweptKey) -> Result<(), PlanError> {
+    fn key(&self, path: &str, key: &SweptKey) -> Result<(), SweepError> {
         let source = &self.source;
         for (at, text) in std::iter::once(&key.key).chain(&key.also).enumerate() {
             let here = at.checked_sub(1);
             let here = here.map_or(format!("{path}.key"), |at| format!("{path}.also[{at}]"));
-            source.require(
-                KeyPath::parse(text).is_some(),
-                &here,
-                &format!("'{text}'"),
-                "it must be a key path of the scene, such as bodies[0].material.density",
-            )?;
+            let fits = KeyPath::parse(text).is_some();
+            let must = "it must be a key path of the scene, such as bodies[0].material.density";
+            source.require(fits, &here, quoted(text), must)?;
         }
-        source.require(
-            key.write.contains("{}"),
-            &format!("{path}.write"),
-            &format!("'{}'", key.write),
-            "it must hold {} where the value goes, such as \"Nodes({})\"",
-        )?;
+        let (fits, here) = (key.write.contains("{}"), format!("{path}.write"));
+        let must = "it must hold {} where the value goes, such as \"Nodes({})\"";
+        source.require(fits, &here, quoted(&key.write), must)?;
         let values = format!("{path}.values");
         match (&key.values, self.design) {
             (Values::Of(list), design) => {
-                source.require(
-                    !list.is_empty(),
-                    &values,
-                    &"Of([])",
-                    "give one value at least",
-                )?;
-                let first = self.keys[0].values.listed();
-                source.require(
-                    design != Design::List || list.len() == first.len(),
-                    &values,
-                    &format!("a list of {}", list.len()),
-                    &format!(
-                        "in a List every key has as many values as the first, {}",
-                        first.len()
-                    ),
-                )
+                let (count, must) = (list.len(), "give one value at least");
+                source.require(count > 0, &values, "Of([])", must)?;
+                let first = self.keys[0].values.listed().len();
+                let fits = design != Design::List || count == first;
+                let must = format!("in a List every key has as many values as the first, {first}");
+                source.require(fits, &values, format!("a list of {count}"), &must)
             }
             (Values::Uniform(low, high) | Values::LogUniform(low, high), design) => {
                 let found = format!("from {low} to {high}");
-                source.require(
-                    matches!(design, Design::LatinHypercube { .. }),
-                    &values,
-                    &found,
-                    "only a LatinHypercube draws from ranges; a List and a Grid take Of([..])",
-                )?;
+                let fits = matches!(design, Design::LatinHypercube { .. });
+                let must =
+                    "only a LatinHypercube draws from ranges; a List and a Grid take Of([..])";
+                source.require(fits, &values, &found, must)?;
                 let log = matches!(key.values, Values::LogUniform(..));
                 let fits = low < high && low.is_finite() && high.is_finite();
-                source.require(
-                    fits && (!log || *low > 0.0),
-                    &values,
-                    &found,
-                    if log {
-                        "both ends must be above 0, and the first below the second"
-                    } else {
-                        "the first must be below the second"
-                    },
-                )
+                let must = if log {
+                    "both ends must be above 0, and the first below the second"
+                } else {
+                    "the first must be below the second"
+                };
+                source.require(fits && (!log || *low > 0.0), &values, found, must)
             }
         }
     }
@@ -452,9 +376,9 @@ impl Source {
         &self,
         fits: bool,
         path: &str,
-        found: &dyn std::fmt::Display,
+        found: impl std::fmt::Display,
         must: &str,
-    ) -> Result<(), PlanError> {
+    ) -> Result<(), SweepError> {
         if fits {
             return Ok(());
         }
@@ -466,6 +390,10 @@ impl Source {
         }
         .into())
     }
+}
+
+fn quoted(text: &str) -> String {
+    format!("'{text}'")
 }
 
 /// The scene as seen from the plan's folder; a name without ending that is no file is an embedded one.

@@ -8,8 +8,9 @@ use std::sync::Mutex;
 use std::thread;
 use std::time::Duration;
 
-use crate::output::{Interrupt, OutputError};
+use crate::output::Interrupt;
 
+use super::SweepError;
 use super::case::{Case, Outcome};
 
 /// Between two looks at a process.
@@ -17,74 +18,46 @@ const NAP: Duration = Duration::from_millis(20);
 
 /// How cases are run.
 #[derive(Debug, Clone)]
-pub struct PoolOptions {
+pub(crate) struct PoolOptions {
     /// The program and its arguments that run a case; the number of the case follows.
-    pub command: Vec<std::ffi::OsString>,
+    pub(crate) command: Vec<std::ffi::OsString>,
     /// Processes at a time.
-    pub jobs: usize,
+    pub(crate) jobs: usize,
     /// Whether failed cases are run again.
-    pub retry: bool,
+    pub(crate) retry: bool,
     /// What may ask to stop.
-    pub interrupt: Interrupt,
+    pub(crate) interrupt: Interrupt,
 }
 
 /// What became of the cases.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Tally {
+pub(crate) struct Tally {
     /// Cases that were finished before.
-    pub before: usize,
+    pub(crate) before: usize,
     /// Cases that came to an end, good or bad, in the order of their ends.
-    pub run: Vec<Outcome>,
+    pub(crate) run: Vec<Outcome>,
     /// Every failed case, those of before too, in order.
-    pub failed: Vec<Outcome>,
-}
-
-/// A sweep that did not come to its end.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum PoolError {
-    /// No process can be started.
-    #[error("cannot start {}: {source}", program.display())]
-    Start {
-        /// The program.
-        program: PathBuf,
-        /// What the system said.
-        source: io::Error,
-    },
-    /// An outcome cannot be written.
-    #[error(transparent)]
-    Output(#[from] OutputError),
-    /// A process ended without an outcome and without fault of its scene.
-    #[error("case {case}: {said}")]
-    Case {
-        /// Number of the case.
-        case: usize,
-        /// What it said.
-        said: String,
-    },
-    /// It was asked to stop with so many cases that are not finished.
-    #[error("stopped with {0} cases left; the same command continues with them")]
-    Stopped(usize),
+    pub(crate) failed: Vec<Outcome>,
 }
 
 /// What the workers share.
 struct Queue<'a> {
     cases: Mutex<VecDeque<&'a Case>>,
     ended: Mutex<Vec<Outcome>>,
-    error: Mutex<Option<PoolError>>,
+    error: Mutex<Option<SweepError>>,
 }
 
 /// Runs what is not finished of `cases`, each by a process of its own, and says how each ended by `told`,
 /// which may be called from any thread.
 ///
 /// # Errors
-/// [`PoolError`]; what was finished by then stays so.
-pub fn run_cases(
+/// [`SweepError`]; what was finished by then stays so.
+pub(crate) fn run_cases(
     cases: &[Case],
     sweep: &Path,
     options: &PoolOptions,
     told: &(dyn Fn(&Outcome, usize) + Sync),
-) -> Result<Tally, PoolError> {
+) -> Result<Tally, SweepError> {
     let is_open = |case: &&Case| match case.outcome(sweep) {
         None => true,
         Some(outcome) => options.retry && outcome.error.is_some(),
@@ -107,7 +80,7 @@ pub fn run_cases(
         return Err(error);
     }
     if run.len() < count {
-        return Err(PoolError::Stopped(count - run.len()));
+        return Err(SweepError::Stopped(count - run.len()));
     }
     let outcomes = cases.iter().filter_map(|case| case.outcome(sweep));
     Ok(Tally {
@@ -152,7 +125,11 @@ fn locked<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
 }
 
 /// Runs a case by a process; nothing if it was asked to stop.
-fn run_one(case: &Case, sweep: &Path, options: &PoolOptions) -> Result<Option<Outcome>, PoolError> {
+fn run_one(
+    case: &Case,
+    sweep: &Path,
+    options: &PoolOptions,
+) -> Result<Option<Outcome>, SweepError> {
     let program = options.command.first().map(PathBuf::from);
     let program = program.unwrap_or_default();
     let started = Command::new(&program)
@@ -163,7 +140,7 @@ fn run_one(case: &Case, sweep: &Path, options: &PoolOptions) -> Result<Option<Ou
         .stdout(Stdio::null())
         .stderr(Stdio::piped())
         .spawn();
-    let mut child = started.map_err(|source| PoolError::Start { program, source })?;
+    let mut child = started.map_err(|source| SweepError::Start { program, source })?;
     let listener = child.stderr.take().map(|mut stderr| {
         thread::spawn(move || {
             let mut said = Vec::new();
@@ -183,7 +160,7 @@ fn run_one(case: &Case, sweep: &Path, options: &PoolOptions) -> Result<Option<Ou
     let said = said.unwrap_or_default();
     match status {
         // It says itself why it could not begin or write.
-        Ok(status) if status.code() == Some(1) => Err(PoolError::Case {
+        Ok(status) if status.code() == Some(1) => Err(SweepError::Case {
             case: case.number,
             said: said.trim_start_matches("error: ").trim().to_owned(),
         }),
@@ -191,7 +168,7 @@ fn run_one(case: &Case, sweep: &Path, options: &PoolOptions) -> Result<Option<Ou
         Ok(status) => Ok(Some(
             case.end(sweep, Some(format!("the process ended with {status}")))?,
         )),
-        Err(source) => Err(PoolError::Case {
+        Err(source) => Err(SweepError::Case {
             case: case.number,
             said: source.to_string(),
         }),
