@@ -121,7 +121,9 @@ fn skin_of_points_lies_on_the_body() {
         })
     };
     let painter = drawn(1e-3).expect("the points fit");
-    let (positions, normals, areas) = painter.surfels(0);
+    let skin = &painter.skins()[0];
+    let (splats, areas) = (skin.splats(), &skin.tissue.surfels().areas);
+    let (positions, normals) = (&splats.positions, &splats.normals);
     assert_eq!(positions.len(), count);
     for (x, normal) in positions.iter().zip(normals) {
         let local = (*x - DVec3::new(0.1, 0.0, 0.0)) / DVec3::new(0.02, 0.02, 0.04);

@@ -1,6 +1,7 @@
 //! What is drawn instead of surfaces, or beside them, to look into a model.
 
 use glam::{DVec3, Vec3};
+use phyxel_mls::Neighborhoods;
 use phyxel_splat::{Binding, ColorScale, DrawnMesh, Splats};
 
 use super::markers::Markers;
@@ -21,65 +22,42 @@ const RED: Vec3 = Vec3::new(0.6, 0.05, 0.05);
 const BLUE: Vec3 = Vec3::new(0.05, 0.12, 0.5);
 const GREEN: Vec3 = Vec3::new(0.02, 0.3, 0.05);
 
-/// Nodes and their pairs, as the model has them.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct PairGraph<'a> {
-    /// Positions (m) of the nodes.
-    pub(super) nodes: &'a [DVec3],
-    /// Starts of the rows, shape `(n + 1)`.
-    pub(super) offsets: &'a [u32],
-    /// Neighbours, ascending in each row.
-    pub(super) neighbors: &'a [u32],
-    /// Weights of the pairs; 0 for a severed one.
-    pub(super) weights: &'a [f64],
-    /// Mean distance (m) of neighbouring nodes.
-    pub(super) spacing: f64,
-}
-
-impl PairGraph<'_> {
-    fn row(&self, node: usize) -> impl Iterator<Item = (u32, f64)> {
-        let pairs = self.offsets[node] as usize..self.offsets[node + 1] as usize;
-        let row = self.neighbors[pairs.clone()].iter().copied();
-        row.zip(self.weights[pairs].iter().copied())
-    }
-
-    /// Weight of the pair from a node to another; 0 where there is none.
-    fn weight(&self, from: usize, to: u32) -> f64 {
-        let first = self.offsets[from] as usize;
-        let row = &self.neighbors[first..self.offsets[from + 1] as usize];
-        row.binary_search(&to)
-            .map_or(0.0, |at| self.weights[first + at])
-    }
-
-    /// Nodes as marks and, as lines, the pairs that they see; of `only` one node if it is given, which then
-    /// stands among small marks of all others.
-    ///
-    /// # Panics
-    /// If lists have other lengths than stated.
-    pub(super) fn drawn(&self, only: Option<u32>) -> Vec<DrawnMesh> {
-        let (mark, line) = (MARK * self.spacing, LINE * self.spacing);
-        let (mut marks, mut lines) = (Markers::default(), Markers::default());
-        for (k, &from) in (0_u32..).zip(self.nodes) {
-            if only.is_none() || only == Some(k) {
-                marks.point(from, mark);
-            }
-            for (other, weight) in self.row(k as usize) {
-                // One way of a pair is enough, the other if it is the only one.
-                let twice = other < k && self.weight(other as usize, k) > 0.0;
-                let shown = only.map_or(!twice, |node| node == k);
-                if weight > 0.0 && shown {
-                    let to = self.nodes[other as usize];
-                    lines.line(from, to, line);
-                    if only.is_some() {
-                        marks.point(to, 0.6 * mark);
-                    }
+/// Nodes (m), `spacing` (m) apart, as marks and, as lines, the pairs of a graph that they see, by `weights` that are 0 for
+/// severed ones; of `only` one node if it is given, which then stands among small marks of all others.
+///
+/// # Panics
+/// If the graph is of fewer nodes or has more pairs.
+pub(super) fn drawn_pairs(
+    nodes: &[DVec3],
+    graph: &Neighborhoods,
+    weights: &[f64],
+    spacing: f64,
+    only: Option<u32>,
+) -> Vec<DrawnMesh> {
+    let (mark, line) = (MARK * spacing, LINE * spacing);
+    let (mut marks, mut lines) = (Markers::default(), Markers::default());
+    for (k, &from) in (0_u32..).zip(nodes) {
+        if only.is_none() || only == Some(k) {
+            marks.point(from, mark);
+        }
+        for pair in graph.pairs(k as usize) {
+            let other = graph.indices()[pair];
+            // One way of a pair is enough, the other if it is the only one.
+            let back = graph.find_pair(other as usize, k);
+            let twice = other < k && back.is_some_and(|back| weights[back] > 0.0);
+            let shown = only.map_or(!twice, |node| node == k);
+            if weights[pair] > 0.0 && shown {
+                let to = nodes[other as usize];
+                lines.line(from, to, line);
+                if only.is_some() {
+                    marks.point(to, 0.6 * mark);
                 }
             }
         }
-        // Around the one, those that it does not see.
-        let others = if only.is_some() { self.nodes } else { &[] };
-        vec![marks.colored(RED), lines.colored(BLUE), dots(others, mark)]
     }
+    // Around the one, those that it does not see.
+    let others = if only.is_some() { nodes } else { &[] };
+    vec![marks.colored(RED), lines.colored(BLUE), dots(others, mark)]
 }
 
 /// Normals of splats, as lines of a `length` (m).
@@ -193,27 +171,20 @@ mod tests {
     use super::*;
 
     /// Three nodes in a row, of which the outer two see only the middle one, one of them one way.
-    fn chain<'a>(weights: &'a [f64], nodes: &'a [DVec3]) -> PairGraph<'a> {
-        PairGraph {
-            nodes,
-            offsets: &[0, 1, 3, 4],
-            neighbors: &[1, 0, 2, 1],
-            weights,
-            spacing: 1.0,
-        }
-    }
-
     #[test]
     fn each_pair_is_a_line_once_and_severed_ones_are_none() {
         let nodes = [DVec3::ZERO, DVec3::X, 2.0 * DVec3::X];
-        let lines = |weights: &[f64]| chain(weights, &nodes).drawn(None)[1].triangles.len() / 6;
+        let graph = Neighborhoods::from_lists(&[vec![1], vec![0, 2], vec![1]]).expect("a graph");
+        let drawn = |weights: &[f64], only| {
+            let meshes = drawn_pairs(&nodes, &graph, weights, 1.0, only);
+            meshes.iter().map(|m| m.triangles.len()).collect::<Vec<_>>()
+        };
+        let lines = |weights: &[f64]| drawn(weights, None)[1] / 6;
         assert_eq!(lines(&[1.0; 4]), 2, "two pairs");
         assert_eq!(lines(&[1.0, 1.0, 0.0, 0.0]), 1, "one is severed");
         assert_eq!(lines(&[1.0, 1.0, 0.0, 1.0]), 2, "one way is left");
-        let one = chain(&[1.0; 4], &nodes).drawn(Some(0));
-        assert_eq!(one[0].triangles.len(), 16, "the node and its neighbour");
-        assert_eq!(one[1].triangles.len(), 6, "its pair");
-        assert_eq!(one[2].triangles.len(), 24, "all nodes");
+        // The node and its neighbour, its pair, all nodes.
+        assert_eq!(drawn(&[1.0; 4], Some(0)), [16, 6, 24]);
     }
 
     #[test]

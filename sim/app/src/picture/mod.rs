@@ -20,7 +20,6 @@ use std::io::Cursor;
 use std::path::Path;
 use std::sync::Arc;
 
-use glam::{DVec3, Vec3};
 use phyxel_discretize::Bounds;
 use phyxel_splat::{
     Camera, DrawnMesh, DrawnTissue, Frame, Image, ImageCoat, MergedSplats, Overlay, RenderSettings,
@@ -32,16 +31,6 @@ use phyxel_scene::read_file;
 use phyxel::scene::{self, Coloring, Pictures, Show};
 use phyxel::{CutPiece, Member, World, ask_memory};
 
-/// The surfaces of all bodies as cuts have left them, to be gone back to.
-#[derive(Debug, Clone)]
-pub struct Surfaces(Vec<DrawnTissue>);
-
-impl Surfaces {
-    /// Heap bytes.
-    #[must_use]
-    pub fn bytes(&self) -> usize {
-        bytes_of(&self.0)
-    }
 }
 
 /// Bytes of a sample of a pixel: colour, depth, normal, and what encoding takes.
@@ -121,43 +110,10 @@ impl Painter {
         })
     }
 
-    /// Positions (m), normals and areas (m², at rest) of a body's surfels where [`Painter::carry`] has
-    /// moved them, those of cuts included.
-    ///
-    /// # Panics
-    /// If there is no such body.
+    /// The surfaces of all bodies, those of cuts included, where [`Painter::carry`] has moved them.
     #[must_use]
-    pub fn surfels(&self, body: usize) -> (&[DVec3], &[DVec3], &[f64]) {
-        let skin = &self.skins[body];
-        let (splats, areas) = (skin.splats(), &skin.tissue.surfels().areas);
-        (&splats.positions, &splats.normals, areas)
-    }
-
-    /// The surface of a body at rest.
-    ///
-    /// # Panics
-    /// If there is no such body.
-    #[must_use]
-    pub fn tissue(&self, body: usize) -> &Tissue {
-        &self.skins[body].tissue
-    }
-
-    /// The colours and materials of a body's surface.
-    ///
-    /// # Panics
-    /// If there is no such body.
-    #[must_use]
-    pub fn texture(&self, body: usize) -> (&TissueTexture, &[Surface]) {
-        (&self.skins[body].texture, &self.skins[body].surfaces)
-    }
-
-    /// Linear colour of what gaps of a cut surface show.
-    ///
-    /// # Panics
-    /// If there is no such body.
-    #[must_use]
-    pub fn depth_color(&self, body: usize) -> Vec3 {
-        self.skins[body].depth_color()
+    pub fn skins(&self) -> &[DrawnTissue] {
+        &self.skins
     }
 
     /// The settings of the renderer.
@@ -180,30 +136,27 @@ impl Painter {
         });
     }
 
-    /// The camera, the size of pictures and the samples of a pixel.
+    /// Where it draws from.
     #[must_use]
-    pub fn view(&self) -> (Camera, [u32; 2], u32) {
-        let settings = self.renderer.settings();
-        let size = [settings.width, settings.height];
-        (self.camera, size, settings.samples)
+    pub fn camera(&self) -> Camera {
+        self.camera
     }
 
     /// Heap bytes of the surfels, as they are and as they are drawn.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        bytes_of(&self.skins)
+        self.skins.iter().map(DrawnTissue::bytes).sum()
     }
 
     /// A copy of the surfaces, without what the next picture computes again.
     #[must_use]
-    pub fn surfaces(&self) -> Surfaces {
-        let skins = self.skins.iter().map(DrawnTissue::unmoved);
-        Surfaces(skins.collect())
+    pub fn surfaces(&self) -> Vec<DrawnTissue> {
+        self.skins.iter().map(DrawnTissue::unmoved).collect()
     }
 
     /// Goes back to surfaces that [`Painter::surfaces`] gave.
-    pub fn set_surfaces(&mut self, surfaces: Surfaces) {
-        self.skins = surfaces.0;
+    pub fn set_surfaces(&mut self, surfaces: Vec<DrawnTissue>) {
+        self.skins = surfaces;
     }
 
     /// Number of frames drawn.
@@ -300,10 +253,6 @@ impl Painter {
         }
         frame
     }
-}
-
-fn bytes_of(skins: &[DrawnTissue]) -> usize {
-    skins.iter().map(DrawnTissue::bytes).sum()
 }
 
 /// The surface of one body.

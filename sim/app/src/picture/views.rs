@@ -6,7 +6,7 @@ use phyxel_splat::{ColorScale, DrawnMesh, DrawnTissue};
 use phyxel::scene::{Cut, Show};
 use phyxel::{Member, World};
 
-use super::inspect::{PairGraph, drawn_binding, drawn_lattices, drawn_normals, drawn_sweep};
+use super::inspect::{drawn_binding, drawn_lattices, drawn_normals, drawn_pairs, drawn_sweep};
 
 /// Pieces into which the path of a blade is divided.
 const PIECES: u32 = 64;
@@ -22,14 +22,9 @@ pub(super) fn meshes(show: Show, member: &Member, skin: &DrawnTissue) -> Vec<Dra
     match show {
         Show::Surface | Show::BladePath => Vec::new(),
         Show::Neighbors { node } => {
-            let graph = PairGraph {
-                nodes: &body.smoothed_positions(),
-                offsets: body.neighborhoods.offsets(),
-                neighbors: body.neighborhoods.indices(),
-                weights: &body.stencils.weights,
-                spacing: body.spacing,
-            };
-            graph.drawn(node)
+            let nodes = body.smoothed_positions();
+            let weights = &body.stencils.weights;
+            drawn_pairs(&nodes, &body.neighborhoods, weights, body.spacing, node)
         }
         Show::Lattice => lattices(member),
         Show::Normals { length } => vec![drawn_normals(skin.splats(), length)],
