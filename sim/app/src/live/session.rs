@@ -109,7 +109,11 @@ impl Session {
     /// [`SessionError`].
     pub fn new(scene: &Scene) -> Result<Self, SessionError> {
         let scene = prepare(scene, extent(scene)?)?;
-        let (world, painter) = Self::build(&scene)?;
+        let mut world = World::new(scene.clone())?;
+        // Paths are left to users from here on.
+        world.push(Vec::new())?;
+        let pictures = scene.pictures.clone().unwrap_or_default();
+        let painter = Painter::new(&world, &pictures)?;
         let leads = (0..scene.tools.len()).map(|tool| PoseLead::new(*world.tool_pose(tool)));
         let mut session = Self {
             leads: leads.collect(),
@@ -129,15 +133,6 @@ impl Session {
         let start = session.checkpoint();
         session.ring.set_start(start);
         Ok(session)
-    }
-
-    fn build(scene: &Scene) -> Result<(World, Painter), SessionError> {
-        let mut world = World::new(scene.clone())?;
-        // Paths are left to users from here on.
-        world.push(Vec::new())?;
-        let pictures = scene.pictures.clone().unwrap_or_default();
-        let painter = Painter::new(&world, &pictures)?;
-        Ok((world, painter))
     }
 
     /// The world.
@@ -335,10 +330,7 @@ impl Session {
 
     /// Ends settling when the bodies are at rest, as a run does.
     fn settle(&mut self) -> Result<(), SessionError> {
-        if !self.is_settling() {
-            return Ok(());
-        }
-        if !self.world.is_settling() {
+        if self.is_settling() && !self.world.is_settling() {
             self.world.start_scene()?;
             // What users did before is not part of the start: a reset goes back to before it.
             if self.record.is_empty() {

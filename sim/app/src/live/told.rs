@@ -130,17 +130,25 @@ fn values_of(session: &Session) -> [f64; 3] {
     [world.gravity().length(), world.damping(), modulus]
 }
 
+/// Kinetic energy (J), elastic energy (J), and balance of the audit over its scale, of all bodies.
+pub(super) fn energies_of(world: &World) -> [f64; 3] {
+    let (mut energies, mut scale) = ([0.0; 3], 0.0);
+    for Member { body, .. } in world.members() {
+        let audit = body.motion.audit();
+        energies[0] += audit.kinetic;
+        energies[1] += audit.elastic;
+        energies[2] += audit.energy_error();
+        scale += audit.scale() + body.elastic.energy_round_off(body.motion.positions());
+    }
+    energies[2] /= f64::max(scale, f64::MIN_POSITIVE);
+    energies
+}
+
 pub(super) fn stats_of(session: &Session, surfels: usize) -> Stats {
     let world = session.world();
     let (strokes, undo) = session.strokes();
     let score = session.score();
-    let (mut balance, mut scale) = (0.0, f64::MIN_POSITIVE);
-    for member in world.members() {
-        let body = &member.body;
-        let audit = body.motion.audit();
-        balance += audit.energy_error();
-        scale += audit.scale() + body.elastic.energy_round_off(body.motion.positions());
-    }
+    let [_, _, balance] = energies_of(world);
     Stats {
         settling: session.is_settling(),
         nodes: world.members().iter().map(|m| m.body.rest.len()).sum(),
@@ -152,7 +160,7 @@ pub(super) fn stats_of(session: &Session, surfels: usize) -> Stats {
         peak: score.peak,
         contact: (world.body_contact())
             .map(|(between, _)| 0.0 + between.iter().map(|sum| sum.normal).sum::<f64>()),
-        balance: balance / scale,
+        balance,
         values: values_of(session),
         ..Stats::default()
     }

@@ -6,15 +6,13 @@ mod inspect;
 mod knife;
 mod markers;
 mod rigid;
-mod sampling;
-mod style;
 mod surfels;
 mod textured;
 mod tool;
 mod views;
 
 pub use error::{PictureError, SkinProblem};
-pub use sampling::surfels_on_solid;
+pub use surfels::surfels_on_solid;
 
 use std::io::Cursor;
 use std::path::Path;
@@ -22,13 +20,13 @@ use std::sync::Arc;
 
 use phyxel_discretize::Bounds;
 use phyxel_splat::{
-    Camera, DrawnMesh, DrawnTissue, Frame, Image, ImageCoat, MergedSplats, Overlay, RenderSettings,
-    Renderer, Surface, Tissue, TissueSettings, TissueTexture, linear_color,
+    Background, Camera, DrawnMesh, DrawnTissue, Frame, Image, ImageCoat, MergedSplats, Overlay,
+    RenderSettings, Renderer, Surface, Tissue, TissueSettings, TissueTexture, linear_color,
 };
 
 use phyxel_scene::read_file;
 
-use phyxel::scene::{self, Coloring, Pictures, Show};
+use phyxel::scene::{self, Coloring, Pictures, Show, SurfelSettings};
 use phyxel::{CutPiece, Member, World, ask_memory};
 
 }
@@ -70,7 +68,13 @@ impl Painter {
                     .map_err(|problem| problem.named(&description.name))
             })
             .collect::<Result<Vec<_>, _>>()?;
-        let camera = camera_of(world, pictures);
+        let Bounds { min, max } = bounds_of(world);
+        let aspect = f64::from(pictures.width) / f64::from(pictures.height);
+        let camera = pictures.view.camera(min, max, aspect);
+        let background = pictures.background.map(|behind| Background {
+            top: linear_color(behind.top),
+            bottom: linear_color(behind.bottom),
+        });
         let surfaces = skins.iter().flat_map(|skin| skin.surfaces.iter().cloned());
         let plain = Surface {
             specular: 0.0,
@@ -91,7 +95,7 @@ impl Painter {
             width: pictures.width,
             height: pictures.height,
             samples: pictures.samples,
-            background: style::background_of(pictures.background),
+            background: background.unwrap_or_default(),
             mode: pictures.mode,
             surfaces: surfaces.collect(),
             images,
@@ -126,12 +130,11 @@ impl Painter {
     ///
     /// # Panics
     /// If the size is none that [`Renderer::new`] takes.
-    pub fn look(&mut self, camera: Camera, [width, height]: [u32; 2], samples: u32) {
+    pub fn look(&mut self, camera: Camera, [width, height]: [u32; 2]) {
         self.camera = camera;
         self.renderer = Renderer::new(RenderSettings {
             width,
             height,
-            samples,
             ..self.renderer.settings().clone()
         });
     }
@@ -278,7 +281,7 @@ fn skin_of(
         &body.rest,
         &TissueSettings {
             skin_density: spec.cut_density,
-            ..style::tissue_of(spec)
+            ..tissue_of(spec)
         },
     )?;
     let texture = TissueTexture::in_colors(
@@ -288,7 +291,10 @@ fn skin_of(
     );
     let mut surfaces = texture.surfaces();
     for (surface, image) in surfaces.iter_mut().zip([&spec.image, &spec.cut_image]) {
-        surface.coat = image.as_ref().map(coat_of).transpose()?;
+        if let Some(image) = image {
+            let (size, image) = (image.size, Arc::new(image_of(&image.file)?));
+            surface.coat = Some(ImageCoat { image, size });
+        }
     }
     let mut skin = DrawnTissue::new(tissue, texture, surfaces);
     if spec.textured {
@@ -297,25 +303,23 @@ fn skin_of(
     Ok(skin)
 }
 
-/// The camera that a scene's pictures ask for.
-fn camera_of(world: &World, pictures: &Pictures) -> Camera {
-    let Bounds { min, max } = bounds_of(world);
-    let aspect = f64::from(pictures.width) / f64::from(pictures.height);
-    pictures.view.camera(min, max, aspect)
+/// Radii, clipping and binding of a body's surfels as a scene wants them.
+fn tissue_of(spec: &SurfelSettings) -> TissueSettings {
+    TissueSettings {
+        neighbors: spec.nodes as usize,
+        weights: spec.weights,
+        radius: spec.radius,
+        opening: spec.opening,
+        clip: spec.clip,
+        inside: spec.inside,
+        ..TissueSettings::default()
+    }
 }
 
 /// The box around all bodies at rest.
 pub(crate) fn bounds_of(world: &World) -> Bounds {
     let boxes = world.members().iter().map(|m| m.body.solid.bounds());
     Bounds::of(boxes.flat_map(|bounds| [bounds.min, bounds.max]))
-}
-
-/// The image that a scene lays on a surface.
-fn coat_of(image: &scene::ImageFile) -> Result<ImageCoat, SkinProblem> {
-    Ok(ImageCoat {
-        image: Arc::new(image_of(&image.file)?),
-        size: image.size,
-    })
 }
 
 /// The image of a file.

@@ -1,11 +1,13 @@
 //! Surfels on a body's surface at rest: spread on its shape, or points of a file.
 
-use phyxel_discretize::{SurfaceSamples, read_point_cloud, surface_mesh};
+use glam::DVec3;
+use phyxel_discretize::{
+    Mesh, Solid, SurfaceSamples, read_point_cloud, sample_surfels, surface_mesh,
+};
 use phyxel_mls::{NearestSettings, k_nearest};
-use phyxel_splat::estimate_normals;
+use phyxel_splat::{estimate_normals, follow_curvature};
 
 use super::SkinProblem;
-use super::sampling::{CHOICE, surfels_on_solid};
 use phyxel::scene::{PointFile, SurfelSettings, SurfelSpacing, SurfelTarget};
 use phyxel::{Body, World, ask_memory};
 
@@ -15,6 +17,8 @@ const FEWEST: usize = 300;
 /// with 30,000 and 1e6 surfels of the liver (920 B each) and with 1e5 that follow its curvature (3.9 kB, 8 samples each).
 const SURFEL: f64 = 1000.0;
 const SAMPLE: f64 = 400.0;
+/// Even samples that each surfel is chosen from, where surfels follow curvature.
+const CHOICE: usize = 8;
 /// Nearest points by which the area of a file's point is estimated.
 const NEAREST: usize = 12;
 /// Mean distance of that many on an even surface over the root of a point's area: the mean of
@@ -55,6 +59,31 @@ pub(super) fn spread(
     };
     ask_memory(SURFEL * count as f64 + SAMPLE * even as f64)?;
     Ok(surfels_on_solid(&body.solid, &surface, count, spacing))
+}
+
+/// About `count` surfels on the surface of a solid, `mesh` being that surface: even, or closer where it
+/// curves (`phyxel_splat::follow_curvature`). Positions (m), outward unit normals, areas (m²).
+///
+/// The number found is near `count` and rarely equal to it.
+#[must_use]
+pub fn surfels_on_solid(
+    solid: &Solid,
+    mesh: &Mesh,
+    count: usize,
+    spacing: SurfelSpacing,
+) -> SurfaceSamples {
+    let SurfelSpacing::Curvature { range } = spacing else {
+        return sample_surfels(mesh, count, Some(solid));
+    };
+    let many = sample_surfels(mesh, CHOICE * count, Some(solid));
+    let (chosen, areas) =
+        follow_curvature(&many.positions, &many.normals, &many.areas, count, range);
+    let pick = |values: &[DVec3]| chosen.iter().map(|&i| values[i as usize]).collect();
+    SurfaceSamples {
+        positions: pick(&many.positions),
+        normals: pick(&many.normals),
+        areas,
+    }
 }
 
 /// Surfels of a density (1/m²) on an area (m²), if no more than a body may have.

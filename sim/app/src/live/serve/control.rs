@@ -149,8 +149,7 @@ impl Show {
         }
         self.grow_all();
         let (painter, world) = self.session.drawing();
-        let samples = painter.settings().samples;
-        painter.look(camera, [width, height], samples);
+        painter.look(camera, [width, height]);
         painter.carry(world);
         let frame = painter.draw(world);
         let name = self.free(|number| format!("picture-{number:03}.png"));

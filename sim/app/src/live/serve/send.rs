@@ -9,7 +9,7 @@ use phyxel_live::{
 
 use super::{Owners, Show};
 use crate::live::skin::Skins;
-use crate::live::told::{nodes_of, scene_of, stats_of, tool_states};
+use crate::live::told::{energies_of, nodes_of, scene_of, stats_of, tool_states};
 use crate::run::doubts;
 
 impl Show {
@@ -54,23 +54,13 @@ impl Show {
                 gradients,
             })
             .collect();
-        let (mut energies, mut scale) = ([0.0; 3], 0.0);
-        for member in world.members() {
-            let body = &member.body;
-            let audit = body.motion.audit();
-            energies[0] += audit.kinetic;
-            energies[1] += audit.elastic;
-            energies[2] += audit.energy_error();
-            scale += audit.scale() + body.elastic.energy_round_off(body.motion.positions());
-        }
-        energies[2] /= f64::max(scale, f64::MIN_POSITIVE);
         let state = StateMessage {
             number: self.number,
             step: world.steps(),
             time: world.time(),
             step_size: world.step_size(),
             seen: self.seen,
-            energies,
+            energies: energies_of(world),
             grip: world.grip_force().unwrap_or(DVec3::ZERO),
             tools: &tools,
             blade: self.session.blade(),
