@@ -11,6 +11,7 @@ use crate::kernel::storage::set_gradient;
 use crate::kernel::subset::Subset;
 use crate::kernel::tangent;
 use crate::model::Elastic;
+use crate::stiffness::StiffNode;
 
 /// Nodes that may move while all others are fixed; made by [`Elastic::part`].
 #[derive(Debug, Clone)]
@@ -65,6 +66,37 @@ impl Elastic {
             fronts: of_fronts,
             ends,
         }
+    }
+
+    /// The part of stiff nodes with two rings of neighbours each, and a vector, one entry per node of the part, where the
+    /// search of its largest eigenvalue starts: each stiff node along its direction, against its neighbours by their weights.
+    ///
+    /// # Panics
+    /// If a node does not exist.
+    #[must_use]
+    pub fn part_around(&self, stiffest: &[StiffNode]) -> (Part, Vec<DVec3>) {
+        let pairs = &self.model.pairs;
+        let ring = |node: u32| pairs.row(node as usize).iter().map(|pair| pair.to);
+        let around = stiffest.iter().flat_map(|stiff| {
+            let rings = ring(stiff.node).flat_map(|near| ring(near).chain([near]));
+            rings.chain([stiff.node])
+        });
+        let part = self.part(&around.collect::<Vec<_>>());
+        let mut start = vec![DVec3::ZERO; part.nodes().len()];
+        let mut add = |node: u32, value: DVec3| {
+            if let Ok(at) = part.nodes().binary_search(&node) {
+                start[at] += value;
+            }
+        };
+        for stiff in stiffest {
+            let row = pairs.row(stiff.node as usize);
+            let sum: f64 = row.iter().map(|pair| f64::from(pair.weight)).sum();
+            add(stiff.node, stiff.direction);
+            for pair in row.iter().filter(|pair| pair.weight > 0.0) {
+                add(pair.to, -stiff.direction * (f64::from(pair.weight) / sum));
+            }
+        }
+        (part, start)
     }
 
     /// Adopts what products within a part read, as another model of the same nodes evaluated it:

@@ -59,7 +59,7 @@ pub use shape::{Distance, Pose, RigidShape};
 #[doc(hidden)]
 pub use shares::{Pass, PassSums, SHARED_NODES, Shares};
 pub use supports::{BoundaryConditions, NodeSupport};
-pub use tool::{Drive, RigidTool};
+pub use tool::{Drive, RigidTool, Stride};
 pub use trajectory::{Ease, Trajectory, TrajectoryError};
 pub use view::StepView;
 pub use watch::{Alarm, StepControl, StiffnessTracker};

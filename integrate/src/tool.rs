@@ -4,7 +4,7 @@ use crate::contact::{Contact, ContactForce, ContactSurface};
 use crate::shape::{Pose, RigidShape};
 use crate::trajectory::{Ease, Trajectory};
 use crate::view::StepView;
-use glam::{DQuat, DVec3};
+use glam::{BVec3, DQuat, DVec3};
 
 /// What moves a tool.
 #[derive(Debug, Clone, PartialEq)]
@@ -85,6 +85,58 @@ pub struct RigidTool {
     pub dissipated: f64,
 }
 
+/// Farthest that a tool moves in a step, in spacings of the body's nodes: what goes farther would come out behind the
+/// surface that it is to press. A tool thinner than that moves half its thickness, but for `LEAST` spacings.
+const FARTHEST: f64 = 0.5;
+const LEAST: f64 = 0.1;
+/// Most parts that a step has for a fast tool: a thousand times as fast as the fastest wave in the body. What would need
+/// more was not moved but put where it is, as by a hand that takes it up: it comes through nothing.
+const MOST_PARTS: f64 = 1000.0;
+
+/// How far a tool moves in a step ([`RigidTool::stride`]), so that it passes through no body from one part of the step to
+/// the next.
+#[derive(Debug, Clone, Copy)]
+pub struct Stride {
+    /// The way of its corner that moves most, over the farthest that it may move at once.
+    farthest: f64,
+    is_jump: bool,
+    /// Opposite corners of a box (m) around all that may touch it; `None` for a plane.
+    swept: Option<[DVec3; 2]>,
+}
+
+impl Stride {
+    /// Whether the tool was not moved but put where it is.
+    #[must_use]
+    pub fn is_jump(&self) -> bool {
+        self.is_jump
+    }
+
+    /// Into how many parts each of `division` of the step is divided.
+    #[must_use]
+    pub fn parts(&self, division: u32) -> u32 {
+        let parts = (self.farthest / f64::from(division)).ceil();
+        #[allow(clippy::cast_possible_truncation, reason = "from 1 to MOST_PARTS")]
+        let parts = parts.clamp(1.0, MOST_PARTS) as u32;
+        parts
+    }
+
+    /// Whether it may touch a body with nodes at these positions (m).
+    #[must_use]
+    pub fn meets(&self, positions: &[DVec3]) -> bool {
+        self.swept.is_none_or(|[low, high]| {
+            let [min, max] = bounds_of(positions);
+            low.cmple(max).all() && high.cmpge(min).all()
+        })
+    }
+}
+
+/// Opposite corners of the box around points (m).
+fn bounds_of<'a>(points: impl IntoIterator<Item = &'a DVec3>) -> [DVec3; 2] {
+    let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+    let points = points.into_iter();
+    points.fold(none, |[min, max], x| [min.min(*x), max.max(*x)])
+}
+
 impl RigidTool {
     /// A tool at rest.
     #[must_use]
@@ -162,6 +214,37 @@ impl RigidTool {
     #[must_use]
     pub fn is_released(&self) -> bool {
         matches!(self.drive, Drive::Force { .. })
+    }
+
+    /// How the tool moves from one pose to another in a step (s), on its own path if it is released, beside a body whose
+    /// nodes are `spacing` (m) apart.
+    #[must_use]
+    pub fn stride(&self, from: &Pose, to: &Pose, step: f64, spacing: f64) -> Stride {
+        let (mut from, mut to) = (*from, *to);
+        if self.is_released() {
+            (from, to) = (self.pose, self.pose);
+            to.position += self.velocity * step;
+        }
+        let bounds = self.shape.bounds();
+        // A plane has no end: its origin stands for it.
+        let [min, max] = bounds.unwrap_or_default();
+        let moves = [0, 1, 2, 3, 4, 5, 6, 7].map(|k: usize| {
+            let is_high = [0, 1, 2].map(|axis| k >> axis & 1 == 1);
+            let corner = DVec3::select(BVec3::from_array(is_high), max, min);
+            [from.apply(corner), to.apply(corner)]
+        });
+        let way = moves
+            .iter()
+            .fold(0.0, |way: f64, [a, b]| way.max(a.distance(*b)));
+        let thickness = bounds.map_or(spacing, |_| 0.5 * (max - min).min_element());
+        let farthest = (FARTHEST * spacing).min(thickness.max(LEAST * spacing));
+        let margin = DVec3::splat(farthest + min.distance(max));
+        let [low, high] = bounds_of(moves.iter().flatten());
+        Stride {
+            farthest: way / farthest,
+            is_jump: way > MOST_PARTS * farthest && !self.is_released(),
+            swept: bounds.map(|_| [low - margin, high + margin]),
+        }
     }
 
     /// Whether its numbers are finite and its contact can be one with a body of so many nodes.

@@ -1,22 +1,22 @@
 //! One deformable body: from its description to nodes in motion.
 
-use std::time::{Duration, Instant};
+use std::sync::PoisonError;
 
 use glam::{DMat3, DVec3};
 use phyxel_discretize::{MeshReport, Solid, boundary_triangles, nodal_surface_areas};
 use phyxel_elastic::Elastic;
 use phyxel_enrich::{CutRule, Factors};
 use phyxel_integrate::{
-    Applied, BoundaryConditions, ContactSurface, Eigenvalue, EigenvalueSettings, Grip, MassScaling,
-    Motion, MotionSettings, NewtonSettings, StaticLoad, StepError, StiffnessTracker, critical_step,
-    radial_start, scale_masses, solve_static,
+    Applied, BoundaryConditions, ClosureLaw, ContactSurface, Eigenvalue, EigenvalueSettings, Grip,
+    Implicit, MassScaling, Motion, MotionSettings, NewtonSettings, StaticLoad, StepError, StepView,
+    StiffnessTracker, critical_step, radial_start, scale_masses, solve_static,
 };
 use phyxel_mls::{GradientStencils, Neighborhoods};
 
 use crate::error::{BodyProblem, WorldError, in_body};
 use crate::model::{Built, build};
+use crate::moves::{StepTimes, timed};
 use crate::scene::{self, Scene};
-use crate::scheme::{Stepper, Timed};
 use crate::shares::Shared;
 use crate::support::supports_of;
 use crate::tool::ToolContact;
@@ -107,8 +107,10 @@ pub struct Body {
     pub(crate) contact_eigenvalue: f64,
     /// The patch that a hand holds.
     pub(crate) grip: Option<Grip>,
-    /// What takes the steps.
-    stepper: Stepper,
+    /// What takes the steps of an implicit scheme, and the step (s).
+    implicit: Option<(Box<Implicit>, f64)>,
+    /// Time in parts of the last step.
+    pub(crate) times: StepTimes,
     /// Where the nodes are, if they are partitioned.
     pub(crate) shared: Option<Shared>,
 }
@@ -198,6 +200,8 @@ impl Body {
                 ..MotionSettings::default()
             },
         )?;
+        let scheme = scene.integration.scheme;
+        let solver = scheme.implicit().map(Implicit::new).transpose()?;
         let eigenvector = radial_start(&rest);
         let spacing = mean_edge(&rest, &neighborhoods);
         let surface_triangles = if scene.tools.is_empty() {
@@ -241,7 +245,8 @@ impl Body {
             surface_nodes,
             contact_eigenvalue: 0.0,
             grip: None,
-            stepper: Stepper::new(scene.integration.scheme)?,
+            implicit: solver.map(Box::new).zip(scheme.step()),
+            times: StepTimes::default(),
             shared: None,
         })
     }
@@ -273,7 +278,7 @@ impl Body {
     /// an implicit scheme as it is.
     #[must_use]
     pub fn step_size(&self) -> f64 {
-        if let Some(step) = self.stepper.step() {
+        if let Some((_, step)) = self.implicit {
             return step;
         }
         self.step_factor * self.current_critical_step()
@@ -284,32 +289,61 @@ impl Body {
         critical_step(eigenvalue, self.motion.settings().viscosity)
     }
 
-    /// Takes one step (s) with the tools that may touch the body, and what else acts on it; the times in the force law
-    /// and in contact with tools are added to `in_forces` and `in_contact`.
+    /// Takes one step (s), where the shares of the body are if it has any, with the tools that may touch it and what else
+    /// acts on it.
     pub(crate) fn advance(
         &mut self,
         step: f64,
-        (contacts, others): (&mut [ToolContact], Option<&mut Applied<'_>>),
-        in_forces: &mut Duration,
-        in_contact: &mut Duration,
+        contacts: &mut [ToolContact],
+        mut others: Option<&mut Applied<'_>>,
     ) -> Result<(), BodyProblem> {
         if self.is_explicit() {
             let critical = self.current_critical_step();
             self.motion.set_critical_step(critical);
         }
         let shares = self.shares();
-        let (elastic, acting) = (&mut self.elastic, (contacts, self.grip.as_mut(), others));
-        let law = &mut Timed { elastic, in_forces };
-        let (motion, shares) = (&mut self.motion, shares.as_deref());
-        self.stepper
-            .step_with(step, motion, law, shares, acting, in_contact)?;
+        let (elastic, motion) = (&mut self.elastic, &mut self.motion);
+        let (grip, times) = (&mut self.grip, &mut self.times);
+        let is_free = contacts.is_empty() && grip.is_none() && others.is_none();
+        let forces =
+            |x: &[DVec3], f: &mut [DVec3]| timed(&mut times.forces, || elastic.forces_into(x, f));
+        let press = &mut |view: &StepView<'_>, forces: &mut [DVec3]| {
+            timed(&mut times.tools, || {
+                for contact in contacts.iter_mut() {
+                    contact.rigid.press(view, forces);
+                }
+            });
+            if let Some(grip) = grip {
+                grip.pull(view, forces);
+            }
+            if let Some(others) = &mut others {
+                timed(&mut times.others, || others(view, forces));
+            }
+        };
+        if let Some((solver, _)) = &mut self.implicit {
+            let timer = &mut (elastic, &mut times.forces);
+            let law = &mut ClosureLaw::of(
+                timer,
+                |(elastic, spent), x, f| timed(spent, || elastic.forces_into(x, f)),
+                |(elastic, spent), v, out| timed(spent, || elastic.tangent_product_into(v, out)),
+            );
+            let tools = contacts.iter_mut().map(|contact| &mut contact.rigid);
+            solver.step_with(motion, step, law, &mut tools.collect::<Vec<_>>())?;
+        } else if let Some(shares) = shares {
+            let shares = &mut *shares.lock().unwrap_or_else(PoisonError::into_inner);
+            motion.step_shared(step, shares, if is_free { None } else { Some(press) })?;
+        } else if is_free {
+            motion.step(step, forces)?;
+        } else {
+            motion.step_with(step, forces, press)?;
+        }
         self.smallest_ratio = self.smallest_ratio.min(self.smallest_volume_ratio());
         self.doubt = self.doubt.or_else(|| self.motion.take_warning());
         if self.elastic.is_viscous() {
-            let start = Instant::now();
-            self.elastic.end_viscous_step();
-            self.elastic.begin_viscous_step(0.0);
-            *in_forces += start.elapsed();
+            timed(&mut self.times.forces, || {
+                self.elastic.end_viscous_step();
+                self.elastic.begin_viscous_step(0.0);
+            });
         }
         Ok(())
     }
@@ -341,10 +375,8 @@ impl Body {
             steps: LOAD_STEPS,
             ..StaticLoad::default()
         };
-        let law = &mut Timed {
-            elastic: &mut self.elastic,
-            in_forces: &mut Duration::default(),
-        };
+        let elastic = &mut self.elastic;
+        let law = &mut ClosureLaw::of(elastic, Elastic::forces_into, Elastic::tangent_product_into);
         let settings = NewtonSettings::with_tolerance(AT_REST);
         let supports = self.motion.supports();
         let found = solve_static(law, &mut positions, supports, &load, &settings);
@@ -416,7 +448,7 @@ impl Body {
 
     /// Whether the stable step is to be monitored.
     pub(crate) fn is_explicit(&self) -> bool {
-        self.stepper.step().is_none()
+        self.implicit.is_none()
     }
 }
 

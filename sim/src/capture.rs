@@ -1,17 +1,15 @@
 //! Edges of blades, captured as the clock passes them: when, in which bodies, all or none.
 
-use std::sync::Arc;
 use std::time::Instant;
 
 use crate::scene;
 use glam::DVec3;
 
-use crate::cutting::{CapturedEdge, CutUpdate};
+use crate::cutting::{Capture, CutUpdate};
 use crate::error::{WorldError, in_body};
 use crate::input::StrokePhase;
-use crate::member::{Capture, Member};
 use crate::phases::Phase;
-use crate::{CutPiece, World};
+use crate::{CutPiece, Member, World};
 
 impl World {
     /// Captures the edges of all blades that are due, each in all bodies or in none.
@@ -22,10 +20,8 @@ impl World {
             if std::mem::take(&mut first) {
                 self.end_stretch()?;
             }
-            let begun = Instant::now();
-            let captures = self.capture(index, phase, &edge)?;
+            self.capture(index, phase, &edge)?;
             self.input.end_blade(step, index, phase, edge);
-            self.apply_captures(index, phase, captures, begun)?;
         }
         Ok(())
     }
@@ -68,35 +64,47 @@ impl World {
             return Err(WorldError::BadEdge);
         }
         self.end_stretch()?;
-        let begun = Instant::now();
         // One more than the scene has.
-        let index = self.scene.cuts.len();
-        let captures = self.capture(index, phase, edge)?;
-        self.apply_captures(index, phase, captures, begun)
+        self.capture(self.scene.cuts.len(), phase, edge)
     }
 
-    /// Applies the captures of an edge to bodies; whether one changed.
-    fn apply_captures(
+    /// Computes what a blade's edge does to each body that its cut is of, and applies it; whether one changed. If the first
+    /// fails in one, all are as before.
+    fn capture(
         &mut self,
         index: usize,
         phase: StrokePhase,
-        captures: Vec<(usize, Capture)>,
-        begun: Instant,
+        edge: &[DVec3],
     ) -> Result<bool, WorldError> {
+        let begun = Instant::now();
+        // None for a blade of the program.
+        let cut = self.scene.cuts.get(index);
+        let of = cut.and_then(|cut| cut.body.as_ref());
+        let weld_tolerance = cut.and_then(|cut| cut.weld_tolerance);
+        let mut captures: Vec<Capture> = Vec::new();
+        for (place, member) in self.members.iter_mut().enumerate() {
+            if of.is_some_and(|body| *body != member.body.name) {
+                continue;
+            }
+            match member.capture(place, (index, weld_tolerance), edge, phase) {
+                Ok(capture) => captures.push(capture),
+                Err(problem) => {
+                    let error = problem.of(&member.body);
+                    for capture in captures {
+                        self.members[capture.edge.member].take_back(&capture);
+                    }
+                    return Err(error);
+                }
+            }
+        }
         let mut changed = false;
-        for (place, capture) in captures {
-            let member = &mut self.members[place];
-            let applied = member.apply(index, capture, phase);
-            let (update, sweep) = in_body(applied, &member.body.name)?;
+        for capture in captures {
+            let edge = capture.edge.clone();
+            let member = &mut self.members[edge.member];
+            let update = in_body(member.apply(capture), &member.body.name)?;
             changed |= !update.touched.is_empty();
-            self.now.captured.push(Arc::new(CapturedEdge {
-                steps: member.body.motion.steps(),
-                member: place,
-                cut: index,
-                phase,
-                sweep,
-            }));
-            self.take_note(place, update)?;
+            self.take_note(edge.member, update)?;
+            self.now.captured.push(edge);
         }
         self.phases.add(Phase::Cut, begun.elapsed());
         if changed {
@@ -126,38 +134,6 @@ impl World {
     #[must_use]
     pub fn capture_count(&self, cut: &scene::Cut) -> usize {
         cut.capture_times(finest_spacing(cut, &self.members)).len()
-    }
-
-    /// Computes what a blade's edge does to each body that its cut is of. If that fails in one, all are as before.
-    fn capture(
-        &mut self,
-        index: usize,
-        phase: StrokePhase,
-        edge: &[DVec3],
-    ) -> Result<Vec<(usize, Capture)>, WorldError> {
-        // None for a blade of the program.
-        let cut = self.scene.cuts.get(index);
-        let of = cut.and_then(|cut| cut.body.as_ref());
-        let weld_tolerance = cut.and_then(|cut| cut.weld_tolerance);
-        let mut captures = Vec::new();
-        for place in 0..self.members.len() {
-            let member = &mut self.members[place];
-            let name = &member.body.name;
-            if of.is_some_and(|body| body != name) {
-                continue;
-            }
-            match member.capture((index, weld_tolerance), edge, phase) {
-                Ok(capture) => captures.push((place, capture)),
-                Err(problem) => {
-                    let error = problem.of(&member.body);
-                    for (place, capture) in captures {
-                        self.members[place].take_back(capture);
-                    }
-                    return Err(error);
-                }
-            }
-        }
-        Ok(captures)
     }
 }
 

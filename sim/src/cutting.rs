@@ -1,5 +1,7 @@
 //! Blades that pass through a body: from the edge in the world to rows of the model.
 
+use std::sync::Arc;
+
 use glam::{DMat3, DVec3};
 use phyxel_elastic::{CutInput, CutPolicy};
 use phyxel_enrich::{
@@ -39,8 +41,6 @@ pub struct Cutting {
     growth: f64,
     energy: CutEnergy,
     by_stroke: Vec<StrokeEnergy>,
-    captures: usize,
-    updates: usize,
 }
 
 #[derive(Debug, Clone)]
@@ -70,13 +70,12 @@ impl CutState {
 
     /// Whether growth and energies in all are numbers.
     pub(crate) fn is_finite(&self) -> bool {
-        let energy = self.energy.unwrap_or_default();
         let CutEnergy {
             released,
             added,
             largest_addition,
             decay,
-        } = energy;
+        } = self.energy.unwrap_or_default();
         let growth = self.growth.unwrap_or(1.0);
         let numbers = [growth, released, added, largest_addition, decay];
         numbers.iter().all(|x| x.is_finite())
@@ -97,14 +96,14 @@ pub(crate) struct CapturedEdge {
     pub(crate) sweep: Sweep,
 }
 
-/// What a blade's edge added to the surface of its cut; no pair, row or force knows of it yet.
+/// A captured edge, which is in the surface of its cut; no pair, row or force knows of it yet.
 #[derive(Debug)]
-pub(crate) struct Swept {
+pub(crate) struct Capture {
+    pub(crate) edge: Arc<CapturedEdge>,
     /// Vertices and triangles of the surface before.
     before: (usize, usize),
     /// The blade where its edge is now.
     blade: Blade,
-    sweep: Sweep,
     missed: usize,
 }
 
@@ -136,8 +135,6 @@ impl Cutting {
             growth: 1.0,
             energy: CutEnergy::default(),
             by_stroke: Vec::new(),
-            captures: 0,
-            updates: 0,
         })
     }
 
@@ -162,7 +159,10 @@ impl Cutting {
     /// Captured edges of blades, and how many of them changed the connectivity.
     #[must_use]
     pub fn counts(&self) -> (usize, usize) {
-        (self.captures, self.updates)
+        let strokes = self.by_stroke.iter();
+        strokes.fold((0, 0), |(captures, updates), stroke| {
+            (captures + stroke.captures, updates + stroke.updates)
+        })
     }
 
     /// Number of undirected pairs whose factor is 0.
@@ -237,21 +237,10 @@ impl Cutting {
 
     /// Takes what [`Cutting::sweep`] computed: the blade is where its edge is now, and the pairs that it passed are
     /// weakened.
-    pub(crate) fn advance(
-        &mut self,
-        body: &Body,
-        cut: usize,
-        swept: Swept,
-        phase: StrokePhase,
-    ) -> (CutUpdate, Sweep) {
-        let stroke = self.begin(cut, phase);
-        if let Some(open) = self.strokes.iter_mut().find(|open| open.cut == cut) {
-            open.blade = Some(swept.blade);
-        }
-        self.missed += swept.missed;
-        let (_, first) = swept.before;
-        let update = self.weaken(body, (cut, stroke), first, &swept.sweep, phase);
-        (update, swept.sweep)
+    pub(crate) fn advance(&mut self, body: &Body, capture: Capture) -> CutUpdate {
+        self.missed += capture.missed;
+        let (_, first) = capture.before;
+        self.weaken(body, first, &capture.edge, Some(capture.blade))
     }
 
     /// Computes again what [`Cutting::advance`] did with an edge.
@@ -259,22 +248,19 @@ impl Cutting {
         &mut self,
         body: &Body,
         weld_tolerance: Option<f64>,
-        kept: &CapturedEdge,
+        edge: &CapturedEdge,
     ) -> Result<CutUpdate, BodyProblem> {
-        let (cut, phase) = (kept.cut, kept.phase);
-        self.cuts
-            .set_weld_tolerance(weld_tolerance_of(body, weld_tolerance));
-        let (first, stroke) = (self.cuts.triangle_count(), self.begin(cut, phase));
-        for patch in &kept.sweep.patches {
+        self.set_weld_tolerance(body, weld_tolerance);
+        let first = self.cuts.triangle_count();
+        for patch in &edge.sweep.patches {
             self.cuts.add_surface(&patch.vertices, &patch.triangles)?;
         }
-        Ok(self.weaken(body, (cut, stroke), first, &kept.sweep, phase))
+        Ok(self.weaken(body, first, edge, None))
     }
 
     /// Applies an update to the body, the one place where a cut changes it: rows of stencils, map and model.
     pub(crate) fn apply(&mut self, body: &mut Body, update: &CutUpdate) -> Result<(), BodyProblem> {
         let touched = &update.touched;
-        self.updates += 1;
         self.by_stroke[update.stroke].updates += 1;
         let factor = |pair| self.factors.factor(pair);
         body.stencils
@@ -318,35 +304,35 @@ impl Cutting {
         stroke.energy.record(jump, stored, round_off);
         if body.is_explicit() {
             let part = body.elastic.part(&with_neighbors(body, &update.touched));
-            let found = body.part_eigenvalue(&part, Vec::new(), ESTIMATE_PRODUCTS)?;
-            let largest = found.value.max(body.current_eigenvalue());
+            let mut mode = Vec::new();
+            let found = body.part_eigenvalue(&part, &mut mode, ESTIMATE_PRODUCTS)?;
+            let largest = found.max(body.current_eigenvalue());
             self.growth = self.growth.max(largest / body.eigenvalue.value);
-            body.take_part_eigenvalue(&part, &found);
+            body.take_part_eigenvalue(&part, found, &mode);
         }
         Ok(())
     }
 
-    /// Begins a stroke if it is a new one; its number.
-    fn begin(&mut self, cut: usize, phase: StrokePhase) -> usize {
-        self.captures += 1;
+    /// Takes a blade to where its edge is now, in a new stroke if it begins one; the stroke's number.
+    fn lead(&mut self, cut: usize, phase: StrokePhase, blade: Option<Blade>) -> usize {
         if phase == StrokePhase::Start {
             self.strokes.retain(|stroke| stroke.cut != cut);
         }
-        let open = self.strokes.iter().find(|stroke| stroke.cut == cut);
-        let number = open.map_or(self.by_stroke.len(), |stroke| stroke.number);
-        if open.is_none() {
-            self.by_stroke.push(StrokeEnergy {
-                cut,
-                captures: 0,
-                updates: 0,
-                energy: CutEnergy::default(),
-            });
-            self.strokes.push(Stroke {
-                cut,
-                number,
-                blade: None,
-            });
-        }
+        let number = match self.strokes.iter_mut().find(|stroke| stroke.cut == cut) {
+            Some(open) => {
+                open.blade = blade;
+                open.number
+            }
+            None => {
+                let number = self.by_stroke.len();
+                self.by_stroke.push(StrokeEnergy {
+                    cut,
+                    ..StrokeEnergy::default()
+                });
+                self.strokes.push(Stroke { cut, number, blade });
+                number
+            }
+        };
         self.by_stroke[number].captures += 1;
         number
     }
@@ -355,11 +341,12 @@ impl Cutting {
     /// capture that can fail. On an error nothing has changed, and [`Cutting::take_back`] undoes it.
     pub(crate) fn sweep(
         &mut self,
-        body: &Body,
+        (body, member): (&Body, usize),
         (cut, weld_tolerance): (usize, Option<f64>),
         edge: &[DVec3],
         phase: StrokePhase,
-    ) -> Result<Swept, BodyProblem> {
+    ) -> Result<Capture, BodyProblem> {
+        self.set_weld_tolerance(body, weld_tolerance);
         let positions = body.motion.positions();
         let open = self.strokes.iter().find(|open| open.cut == cut);
         let going_on = open.filter(|_| phase != StrokePhase::Start);
@@ -383,25 +370,26 @@ impl Cutting {
         let ends = phase == StrokePhase::End;
         let (vertices, triangles) = self.cuts.surface();
         let before = (vertices.len(), triangles.len());
-        self.cuts
-            .set_weld_tolerance(weld_tolerance_of(body, weld_tolerance));
-        match blade.sweep(edge, &mut self.cuts, &deformed, ends) {
-            Ok((sweep, missed)) => Ok(Swept {
-                before,
-                blade,
-                sweep,
-                missed,
-            }),
-            Err(error) => {
-                self.cuts.truncate(before.0, before.1);
-                Err(error.into())
-            }
-        }
+        let swept = blade.sweep(edge, &mut self.cuts, &deformed, ends);
+        let (sweep, missed) = swept.inspect_err(|_| self.cuts.truncate(before.0, before.1))?;
+        let edge = CapturedEdge {
+            steps: body.motion.steps(),
+            member,
+            cut,
+            phase,
+            sweep,
+        };
+        Ok(Capture {
+            edge: Arc::new(edge),
+            before,
+            blade,
+            missed,
+        })
     }
 
     /// Undoes [`Cutting::sweep`].
-    pub(crate) fn take_back(&mut self, swept: &Swept) {
-        let (vertices, triangles) = swept.before;
+    pub(crate) fn take_back(&mut self, capture: &Capture) {
+        let (vertices, triangles) = capture.before;
         self.cuts.truncate(vertices, triangles);
     }
 
@@ -409,24 +397,24 @@ impl Cutting {
     fn weaken(
         &mut self,
         body: &Body,
-        (cut, stroke): (usize, usize),
         first: usize,
-        sweep: &Sweep,
-        phase: StrokePhase,
+        edge: &CapturedEdge,
+        blade: Option<Blade>,
     ) -> CutUpdate {
+        let stroke = self.lead(edge.cut, edge.phase, blade);
         let new = first..self.cuts.triangle_count();
         let triangles = new.clone().map(|t| self.cuts.triangle(t)).collect();
         let mut touched = Vec::new();
         if !new.is_empty() {
             let round_off = ROUND_OFF * body.solid.bounds().size().max_element();
             let inside = |point| body.solid.contains_within(point, round_off);
-            let front = (stroke, sweep.ends);
+            let front = (stroke, edge.sweep.ends);
             touched = self
                 .factors
                 .update(&graph_of(body), &self.cuts, new, front, &inside);
         }
-        if phase == StrokePhase::End {
-            self.strokes.retain(|open| open.cut != cut);
+        if edge.phase == StrokePhase::End {
+            self.strokes.retain(|open| open.cut != edge.cut);
         }
         CutUpdate {
             triangles,
@@ -434,15 +422,16 @@ impl Cutting {
             stroke,
         }
     }
-}
 
-/// A stroke's weld tolerance (m), or the usual one of a body.
-fn weld_tolerance_of(body: &Body, tolerance: Option<f64>) -> f64 {
-    tolerance.unwrap_or_else(|| CutSettings::for_spacing(body.spacing).weld_tolerance)
+    /// Takes a stroke's weld tolerance (m), or the usual one of the body.
+    fn set_weld_tolerance(&mut self, body: &Body, tolerance: Option<f64>) {
+        let usual = CutSettings::for_spacing(body.spacing).weld_tolerance;
+        self.cuts.set_weld_tolerance(tolerance.unwrap_or(usual));
+    }
 }
 
 /// The body's nodes and pairs, as the factors read them.
-pub(crate) fn graph_of(body: &Body) -> Graph<'_> {
+fn graph_of(body: &Body) -> Graph<'_> {
     Graph::new_unchecked(
         &body.rest,
         body.neighborhoods.offsets(),

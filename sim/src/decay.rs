@@ -1,9 +1,10 @@
 //! All of a body that decays, once a step.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use crate::body::Body;
 use crate::error::BodyProblem;
+use crate::moves::timed;
 
 /// Time in which retained gradients and bonds decay, over the shortest period's `1/ω`: nine steps. With 4 and 8 cuts
 /// add energy at ν 0.49, with 16 to 64 none does.
@@ -18,12 +19,8 @@ impl Body {
     ///
     /// Returns half of the work (J) of gradients and bonds, all of it before an implicit step, for
     /// [`Body::book_decay`]; `None` without any.
-    pub(crate) fn decay(
-        &mut self,
-        step: f64,
-        in_forces: &mut Duration,
-    ) -> Result<Option<f64>, BodyProblem> {
-        self.relax(step, in_forces)?;
+    pub(crate) fn decay(&mut self, step: f64) -> Result<Option<f64>, BodyProblem> {
+        self.relax(step)?;
         if !self.elastic.decays() {
             return Ok(None);
         }
@@ -32,7 +29,7 @@ impl Body {
         if self.is_explicit() {
             return Ok(Some(half));
         }
-        self.jump(in_forces).map(Some)
+        self.jump().map(Some)
     }
 
     /// Books the work (J) of gradients and bonds after the step, of which `half` is what [`Body::decay`] returned.
@@ -48,22 +45,22 @@ impl Body {
 
     /// Advances viscosity by `step` (s): forces are then those of the step's potential, and the energy that
     /// viscosity lost is booked.
-    pub(crate) fn relax(&mut self, step: f64, in_forces: &mut Duration) -> Result<(), BodyProblem> {
+    pub(crate) fn relax(&mut self, step: f64) -> Result<(), BodyProblem> {
         if !self.elastic.is_viscous() {
             return Ok(());
         }
-        let start = Instant::now();
-        self.elastic.begin_viscous_step(step);
-        *in_forces += start.elapsed();
-        self.relaxed -= self.jump(in_forces)?;
+        timed(&mut self.times.forces, || {
+            self.elastic.begin_viscous_step(step);
+        });
+        self.relaxed -= self.jump()?;
         Ok(())
     }
 
     /// Evaluates the forces after something decayed and books the energy's jump (J).
-    fn jump(&mut self, in_forces: &mut Duration) -> Result<f64, BodyProblem> {
+    fn jump(&mut self) -> Result<f64, BodyProblem> {
         let start = Instant::now();
         let jump = self.refresh()?;
-        *in_forces += start.elapsed();
+        self.times.forces += start.elapsed();
         Ok(jump)
     }
 }

@@ -33,7 +33,7 @@ impl CutEnergy {
 }
 
 /// What one stroke of a blade did to a body.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub struct StrokeEnergy {
     /// Index of the scene's cut that it is of.

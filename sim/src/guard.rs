@@ -8,7 +8,6 @@
 use std::time::Instant;
 
 use glam::DVec3;
-use phyxel_discretize::Bounds;
 use phyxel_integrate::{DeformableForce, DeformableState, RigidEnergies, StepControl};
 
 use crate::body::Body;
@@ -16,20 +15,13 @@ use crate::body_state::BodyState;
 use crate::error::{BodyProblem, WorldError, in_body};
 use crate::phases::Phase;
 use crate::scene::Pose;
+use crate::tool::ToolContact;
 use crate::{Member, World};
 
 /// Products with the stiffness per estimate of the largest eigenvalue; it starts at the vector of the last.
 const ESTIMATE_PRODUCTS: usize = 2;
 /// Products where steps failed.
 const RETAKE_PRODUCTS: usize = 16;
-
-/// Farthest that a tool moves in a step, in spacings of the body's nodes: what goes farther would come out behind the
-/// surface that it is to press. A tool thinner than that moves half its thickness, but for `LEAST` spacings.
-const FARTHEST: f64 = 0.5;
-const LEAST: f64 = 0.1;
-/// Most parts that a step has for a fast tool: a thousand times as fast as the fastest wave in the body. What would need
-/// more was not moved but put where it is, as by a hand that takes it up: it comes through nothing.
-const MOST_PARTS: f64 = 1000.0;
 
 /// A state to return to, and the steps taken since.
 #[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
@@ -87,11 +79,13 @@ impl World {
     /// it fails.
     pub(crate) fn advance_safely(&mut self, step: f64, poses: &[Pose]) -> Result<(), WorldError> {
         let from = self.input.state.poses.clone();
-        let number = self.steps();
         if !self.is_explicit() {
             return self.advance_in_parts(step, 1, &from, poses);
         }
-        self.follow_stiffness(number)?;
+        if self.steps().is_multiple_of(StepControl::STEPS) {
+            self.estimate_eigenvalues(ESTIMATE_PRODUCTS)?;
+        }
+        self.follow_stiffness()?;
         self.watch_step()?;
         if self.now.kept.is_none() {
             self.keep();
@@ -224,15 +218,11 @@ impl World {
     }
 
     fn repeat(&mut self, kept: &Kept, division: u32) -> Result<(), WorldError> {
-        self.set_gravity(kept.gravity)?;
-        for (member, state) in self.members.iter_mut().zip(&kept.bodies) {
-            member.set_state(state.clone());
-        }
-        self.set_contact(kept.contact.clone());
+        self.rewind(kept.gravity, kept.bodies.clone(), kept.contact.clone())?;
         self.estimate_eigenvalues(RETAKE_PRODUCTS)?;
         let mut from = kept.poses.clone();
         for (step, to) in &kept.taken {
-            self.raise_alarms()?;
+            self.follow_stiffness()?;
             self.advance_in_parts(*step, division, &from, to)?;
             from.clone_from(to);
         }
@@ -256,7 +246,7 @@ impl World {
             let toward = |(a, b): (&Pose, &Pose)| if k == count { *b } else { a.toward(b, share) };
             let next: Vec<Pose> = start.iter().zip(end).map(toward).collect();
             if k > 1 {
-                self.raise_alarms()?;
+                self.follow_stiffness()?;
             }
             self.advance(part, &from, &next)?;
             from = next;
@@ -273,58 +263,28 @@ impl World {
         start: &mut [Pose],
         end: &[Pose],
     ) -> u32 {
-        let mut most = 1.0_f64;
+        let mut most = 1;
         for Member { body, contacts, .. } in &mut self.members {
-            for contact in contacts.iter() {
-                let rigid = &contact.rigid;
-                let (from, to) = if rigid.is_released() {
-                    let mut end = rigid.pose;
-                    end.position += rigid.velocity * step;
-                    (rigid.pose, end)
-                } else {
-                    (start[contact.tool], end[contact.tool])
-                };
-                // A plane has no end: its origin stands for it.
-                let [min, max] = rigid.shape.bounds().unwrap_or_default();
-                let corners = Bounds { min, max }.corners();
-                let moves = corners.map(|corner| (from.apply(corner), to.apply(corner)));
-                let way = (moves.iter()).fold(0.0, |way: f64, (a, b)| way.max(a.distance(*b)));
-                let thickness = 0.5 * (max - min).min_element();
-                let is_plane = rigid.shape.bounds().is_none();
-                let least = if is_plane { body.spacing } else { thickness };
-                let farthest = (FARTHEST * body.spacing).min(least.max(LEAST * body.spacing));
-                if way > MOST_PARTS * farthest && !rigid.is_released() {
-                    start[contact.tool] = to;
+            for ToolContact { tool, rigid, .. } in contacts.iter() {
+                let stride = rigid.stride(&start[*tool], &end[*tool], step, body.spacing);
+                if stride.is_jump() {
+                    start[*tool] = end[*tool];
                     continue;
                 }
-                let parts = (way / (f64::from(division) * farthest)).ceil();
+                let parts = stride.parts(division);
                 if parts > most {
                     body.fetch();
-                    let margin = DVec3::splat(farthest + min.distance(max));
-                    let swept = Bounds::of(moves.iter().flat_map(|(a, b)| [*a, *b]));
-                    let body = Bounds::of(body.motion.positions().iter().copied());
-                    let meets = (swept.min - margin).cmple(body.max).all()
-                        && (swept.max + margin).cmpge(body.min).all();
-                    if meets || is_plane {
-                        most = parts.min(MOST_PARTS);
+                    if stride.meets(body.motion.positions()) {
+                        most = parts;
                     }
                 }
             }
         }
-        #[allow(clippy::cast_possible_truncation, reason = "from 1 to MOST_PARTS")]
-        let most = most as u32;
         most
     }
 
-    /// Chooses the step again where it is due or where stiffness has changed.
-    fn follow_stiffness(&mut self, number: u64) -> Result<(), WorldError> {
-        if number.is_multiple_of(StepControl::STEPS) {
-            self.estimate_eigenvalues(ESTIMATE_PRODUCTS)?;
-        }
-        self.raise_alarms()
-    }
-
-    fn raise_alarms(&mut self) -> Result<(), WorldError> {
+    /// Chooses the step again where stiffness has changed.
+    fn follow_stiffness(&mut self) -> Result<(), WorldError> {
         let start = Instant::now();
         let mut any = false;
         if let Some(contact) = &mut self.deformable
@@ -382,16 +342,14 @@ impl World {
             moved += (body.motion.audit()).scale_since(&before.motion.audit, rigid);
             floor += round_off;
         }
-        let contact = self.deformable.as_ref().zip(kept.contact.as_ref());
-        let off = contact.and_then(|(contact, before)| {
-            let share = contact.contact.state().gained_since(before, moved, floor)?;
-            let hardest =
-                |a: &&DeformableForce, b: &&DeformableForce| a.normal.total_cmp(&b.normal);
-            let pair = contact.contact.between().iter().max_by(hardest)?;
-            Some((share, pair.bodies[0]))
-        });
-        off.map_or(Ok(()), |(share, body)| {
-            let body = &self.members[body as usize].body;
+        let Some((contact, before)) = self.deformable.as_ref().zip(kept.contact.as_ref()) else {
+            return Ok(());
+        };
+        let hardest = |a: &&DeformableForce, b: &&DeformableForce| a.normal.total_cmp(&b.normal);
+        let pair = contact.contact.between().iter().max_by(hardest);
+        let share = contact.contact.state().gained_since(before, moved, floor);
+        share.zip(pair).map_or(Ok(()), |(share, pair)| {
+            let body = &self.members[pair.bodies[0] as usize].body;
             let time = body.motion.time();
             Err(BodyProblem::Unbalanced { share, time }.of(body))
         })

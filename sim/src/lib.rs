@@ -23,7 +23,6 @@ mod model;
 mod moves;
 mod parts;
 mod phases;
-mod scheme;
 mod settling;
 mod shape;
 mod shares;

@@ -1,14 +1,13 @@
 //! A body with what touches and cuts it.
 
 use std::borrow::Cow;
-use std::time::Duration;
 
 use glam::DVec3;
-use phyxel_enrich::{Pieces, Sweep, connected_pieces};
+use phyxel_enrich::{Pieces, connected_pieces};
 use phyxel_splat::{SurfelError, Tissue, triangle_near_box};
 
 use crate::body::Body;
-use crate::cutting::{CapturedEdge, CutUpdate, Cutting, Swept};
+use crate::cutting::{Capture, CapturedEdge, CutUpdate, Cutting};
 use crate::error::{BodyProblem, WorldError, in_body};
 use crate::input::StrokePhase;
 use crate::scene::Scene;
@@ -23,22 +22,6 @@ pub struct Member {
     pub cutting: Option<Cutting>,
     /// Tools that may touch it.
     pub(crate) contacts: Vec<ToolContact>,
-}
-
-/// What a blade's edge does to a body, computed but not applied.
-#[derive(Debug)]
-pub(crate) struct Capture {
-    swept: Swept,
-    before: Before,
-}
-
-/// What computing a capture changed, as it was.
-#[derive(Debug)]
-struct Before {
-    /// Whether no blade had touched the body.
-    untouched: bool,
-    /// What moves, and the energy (J) that viscosity had lost; `None` without viscosity.
-    relaxed: Option<(phyxel_integrate::State, f64)>,
 }
 
 impl Member {
@@ -116,70 +99,44 @@ impl Member {
         points + size_of_val(&*self.body.surface_triangles)
     }
 
-    /// Computes what a blade's edge (m) does to the body as it is: all of a capture that can fail. On an error the
-    /// body is as before.
+    /// Computes what a blade's edge (m) does to the body as it is, number `member` of the world: all of a capture that can
+    /// fail. On an error the body is as before.
     pub(crate) fn capture(
         &mut self,
+        member: usize,
         cut: (usize, Option<f64>),
         edge: &[DVec3],
         phase: StrokePhase,
     ) -> Result<Capture, BodyProblem> {
-        let body = &self.body;
-        let is_viscous = body.elastic.is_viscous();
-        let before = Before {
-            untouched: self.cutting.is_none(),
-            relaxed: is_viscous.then(|| (body.motion.state().clone(), body.relaxed)),
-        };
-        match self.sweep(cut, edge, phase) {
-            Ok(swept) => Ok(Capture { swept, before }),
-            Err(problem) => {
-                self.go_back(before);
-                Err(problem)
-            }
-        }
-    }
-
-    fn sweep(
-        &mut self,
-        cut: (usize, Option<f64>),
-        edge: &[DVec3],
-        phase: StrokePhase,
-    ) -> Result<Swept, BodyProblem> {
         let (body, cutting, _) = self.with_cutting()?;
         body.fetch_all();
-        // What viscosity lost in the last step is not the cut's.
-        body.relax(0.0, &mut Duration::default())?;
-        cutting.sweep(body, cut, edge, phase)
+        let captured = cutting.sweep((body, member), cut, edge, phase);
+        if captured.is_err() {
+            self.forget_untouched();
+        }
+        captured
     }
 
     /// Undoes [`Member::capture`].
-    pub(crate) fn take_back(&mut self, capture: Capture) {
+    pub(crate) fn take_back(&mut self, capture: &Capture) {
         if let Some(cutting) = &mut self.cutting {
-            cutting.take_back(&capture.swept);
+            cutting.take_back(capture);
         }
-        self.go_back(capture.before);
+        self.forget_untouched();
     }
 
-    fn go_back(&mut self, before: Before) {
-        if before.untouched {
-            self.cutting = None;
-        }
-        if let Some((state, relaxed)) = before.relaxed {
-            self.body.motion.restore(state);
-            self.body.relaxed = relaxed;
-        }
+    /// A body that no capture has reached has no data of cuts.
+    fn forget_untouched(&mut self) {
+        self.cutting.take_if(|cutting| cutting.counts().0 == 0);
     }
 
     /// Applies a capture to the body and what touches it; also what it added to the cut. Only a bug makes it fail, see
     /// [`Cutting::follow`].
-    pub(crate) fn apply(
-        &mut self,
-        index: usize,
-        capture: Capture,
-        phase: StrokePhase,
-    ) -> Result<(CutUpdate, Sweep), BodyProblem> {
+    pub(crate) fn apply(&mut self, capture: Capture) -> Result<CutUpdate, BodyProblem> {
         let (body, cutting, contacts) = self.with_cutting()?;
-        let (update, sweep) = cutting.advance(body, index, capture.swept, phase);
+        // What viscosity lost in the last step is not the cut's.
+        body.relax(0.0)?;
+        let update = cutting.advance(body, capture);
         if !update.touched.is_empty() {
             cutting.apply(body, &update)?;
             body.cut_here(&update.touched);
@@ -190,7 +147,7 @@ impl Member {
                 contact.tear(torn, || body.contact_surface(factors))?;
             }
         }
-        Ok((update, sweep))
+        Ok(update)
     }
 
     /// Does again what [`Member::capture`] and [`Member::apply`] did, but for what depends on the motion.

@@ -104,11 +104,7 @@ impl World {
             member.weaken_again(&kept.elastic.deficient);
         }
         self.check_numbers(&state)?;
-        self.set_gravity(now.gravity)?;
-        for (member, kept) in self.members.iter_mut().zip(state.bodies) {
-            member.set_state(kept);
-        }
-        self.set_contact(state.contact);
+        self.rewind(now.gravity, state.bodies, state.contact)?;
         self.now = state.now;
         self.input.state = state.input;
         Ok(())
@@ -180,15 +176,24 @@ impl World {
         BodyProblem::Damaged(what).named(body.map_or("", |member| &member.body.name))
     }
 
-    /// Restores a snapshot of contact between bodies.
-    pub(crate) fn set_contact(&mut self, state: Option<DeformableState>) {
-        let (Some(contact), Some(state)) = (&mut self.deformable, state) else {
-            return;
-        };
-        let bound = contact.restore(state);
-        for Member { body, .. } in &mut self.members {
-            body.contact_eigenvalue = bound;
+    /// Goes back to what moved, with the cuts that bodies have now.
+    pub(crate) fn rewind(
+        &mut self,
+        gravity: Option<DVec3>,
+        bodies: Vec<BodyState>,
+        contact: Option<DeformableState>,
+    ) -> Result<(), WorldError> {
+        self.set_gravity(gravity)?;
+        for (member, state) in self.members.iter_mut().zip(bodies) {
+            member.set_state(state);
         }
+        if let (Some(contact), Some(state)) = (&mut self.deformable, contact) {
+            let bound = contact.restore(state);
+            for Member { body, .. } in &mut self.members {
+                body.contact_eigenvalue = bound;
+            }
+        }
+        Ok(())
     }
 
     fn capture_again(&mut self, edge: &CapturedEdge) -> Result<(), WorldError> {

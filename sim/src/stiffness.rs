@@ -15,15 +15,6 @@ use crate::error::BodyProblem;
 const STIFFEST_NODES: usize = 8;
 const LOCAL_PRODUCTS: usize = 12;
 
-/// Stiffest mode of a part of a body.
-#[derive(Debug)]
-pub(crate) struct PartMode {
-    /// Its eigenvalue (1/s²).
-    pub(crate) value: f64,
-    /// The vector, one entry per node of the part.
-    vector: Vec<DVec3>,
-}
-
 /// An estimate by so many products.
 fn estimate(products: usize) -> EigenvalueSettings {
     EigenvalueSettings {
@@ -83,82 +74,46 @@ impl Body {
     /// stiffness rises it does so at few nodes, and the vector of the whole may know nothing of them.
     /// What was found elsewhere stays.
     fn estimate_around(&mut self, stiffest: &[StiffNode]) -> Result<(), BodyProblem> {
-        let mut around: Vec<u32> = Vec::new();
-        let mut seeds = Vec::new();
-        for stiff in stiffest {
-            seeds.push((stiff.node, stiff.direction));
-            for &near in self.neighborhoods.row(stiff.node as usize) {
-                around.push(near);
-                around.extend(self.neighborhoods.row(near as usize));
-            }
-            around.push(stiff.node);
-        }
-        if seeds.is_empty() {
+        if stiffest.is_empty() {
             return Ok(());
         }
-        let part = self.elastic.part(&around);
+        let (part, mut vector) = self.elastic.part_around(stiffest);
         self.fetch_part(&part);
-        let start = self.seeded(&part, &seeds);
-        let found = self.part_eigenvalue(&part, start, LOCAL_PRODUCTS)?;
-        self.stiffness.take_local(found.value);
+        let found = self.part_eigenvalue(&part, &mut vector, LOCAL_PRODUCTS)?;
+        self.stiffness.take_local(found);
         Ok(())
     }
 
-    /// Stiff nodes against their neighbours, one entry per node of a part.
-    fn seeded(&self, part: &Part, seeds: &[(u32, DVec3)]) -> Vec<DVec3> {
-        let weights = &self.stencils.weights;
-        let mut start = vec![DVec3::ZERO; part.nodes().len()];
-        let mut add = |node: u32, value: DVec3| {
-            if let Ok(at) = part.nodes().binary_search(&node) {
-                start[at] += value;
-            }
-        };
-        for &(node, direction) in seeds {
-            let row = &weights[self.neighborhoods.pairs(node as usize)];
-            let sum: f64 = row.iter().sum();
-            add(node, direction);
-            for (&other, weight) in self.neighborhoods.row(node as usize).iter().zip(row) {
-                if *weight > 0.0 {
-                    add(other, -direction * (weight / sum));
-                }
-            }
-        }
-        start
-    }
-
-    /// Estimates the largest eigenvalue of a part where the body is now, all other nodes fixed, from a
-    /// vector to start with, or none.
+    /// Estimates the largest eigenvalue (1/s²) of a part where the body is now, all other nodes fixed, from a vector with
+    /// one entry per node of the part, or none, and leaves its mode there.
     pub(crate) fn part_eigenvalue(
         &mut self,
         part: &Part,
-        mut vector: Vec<DVec3>,
+        vector: &mut Vec<DVec3>,
         products: usize,
-    ) -> Result<PartMode, BodyProblem> {
+    ) -> Result<f64, BodyProblem> {
         let elastic = &mut self.elastic;
         let found = largest_eigenvalue_within(
             part.nodes(),
             &self.masses,
             self.motion.supports(),
             |v, out| elastic.tangent_product_within(part, v, out),
-            &mut vector,
+            vector,
             &estimate(products),
         )?;
-        Ok(PartMode {
-            value: found.value,
-            vector,
-        })
+        Ok(found.value)
     }
 
-    /// Takes the eigenvalue of a part for the step if it is above that of the whole as last estimated;
-    /// the next estimate of the whole then starts with the part's vector in it.
-    pub(crate) fn take_part_eigenvalue(&mut self, part: &Part, mode: &PartMode) {
-        if mode.value <= self.current_eigenvalue() {
+    /// Takes the eigenvalue (1/s²) of a part for the step if it is above that of the whole as last estimated;
+    /// the next estimate of the whole then starts with the part's mode in it.
+    pub(crate) fn take_part_eigenvalue(&mut self, part: &Part, eigenvalue: f64, mode: &[DVec3]) {
+        if eigenvalue <= self.current_eigenvalue() {
             return;
         }
-        self.stiffness.estimates[1] = mode.value;
+        self.stiffness.estimates[1] = eigenvalue;
         self.fetch_vector();
         self.turned_here();
-        for (&node, part) in part.nodes().iter().zip(&mode.vector) {
+        for (&node, part) in part.nodes().iter().zip(mode) {
             // A snapshot may have no vector.
             if let Some(whole) = self.eigenvector.get_mut(node as usize) {
                 *whole += *part;

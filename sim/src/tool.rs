@@ -1,11 +1,7 @@
 //! Rigid tools that touch the bodies.
 
-use std::time::{Duration, Instant};
-
 use glam::DVec3;
-use phyxel_integrate::{
-    Contact, ContactSettings, ContactSurface, Pose, RigidTool, StepView, penalty,
-};
+use phyxel_integrate::{Contact, ContactSettings, ContactSurface, Pose, RigidTool, penalty};
 use serde::{Deserialize, Serialize};
 
 use crate::scene;
@@ -93,18 +89,6 @@ impl ToolContact {
             self.torn = torn;
         }
         Ok(())
-    }
-
-    /// Moves the tool to the end of a step and adds its forces on the body.
-    pub(crate) fn press(
-        &mut self,
-        view: &StepView<'_>,
-        forces: &mut [DVec3],
-        spent: &mut Duration,
-    ) {
-        let start = Instant::now();
-        self.rigid.press(view, forces);
-        *spent += start.elapsed();
     }
 
     /// The body's nodes that it may press on, ascending.
