@@ -3,6 +3,7 @@
 
 mod audit;
 mod contact;
+mod cut_energy;
 mod deformable;
 mod eigenvalue;
 mod equilibrium;
@@ -16,6 +17,8 @@ mod mass_scaling;
 mod motion;
 mod newton;
 mod nodes;
+mod outside;
+mod overlap;
 mod pieces;
 mod rigid;
 mod shape;
@@ -35,6 +38,7 @@ pub use contact::pressed::Pressed;
 pub use contact::{
     Contact, ContactForce, ContactPoint, ContactSettings, ContactSurface, SurfaceError, penalty,
 };
+pub use cut_energy::CutEnergy;
 pub use deformable::disks::{ContactDisks, DiskSample};
 pub use deformable::{
     DeformableContact, DeformableForce, DeformableSettings, DeformableState, Moved,
@@ -55,6 +59,8 @@ pub use law::{ClosureLaw, Differences, ForceLaw};
 pub use mass_scaling::{MassScaling, scale_masses};
 pub use motion::{ExplicitScheme, Motion, MotionBytes, MotionSettings, State};
 pub use newton::{NewtonReport, NewtonSettings, SolveError};
+pub use outside::Outside;
+pub use overlap::Occupied;
 pub use shape::{Distance, Pose, RigidShape};
 #[doc(hidden)]
 pub use shares::{Pass, PassSums, SHARED_NODES, Shares};

@@ -65,7 +65,7 @@ enum Solid {
 }
 
 /// Where a rigid thing is.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Pose {
     /// Position of the shape's origin (m).

@@ -16,6 +16,7 @@ pub const SHARED_NODES: usize = CHUNK;
 
 /// What both passes of a step need besides what belongs to nodes.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Pass {
     /// Step (s).
     pub step: f64,

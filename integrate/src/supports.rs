@@ -107,6 +107,15 @@ impl BoundaryConditions {
         &self.supports
     }
 
+    /// Nodes that stay where they are, in the order in which they were first named.
+    #[must_use]
+    pub fn fixed_nodes(&self) -> Vec<u32> {
+        let supports = self.supports.iter();
+        let fixed =
+            supports.filter(|support| support.free == DMat3::ZERO && support.path.is_none());
+        fixed.map(|support| support.node).collect()
+    }
+
     /// Paths that driven nodes follow.
     #[must_use]
     pub fn paths(&self) -> &[Trajectory] {

@@ -3,6 +3,7 @@
 use crate::contact::{Contact, ContactForce, ContactSurface};
 use crate::shape::{Pose, RigidShape};
 use crate::trajectory::{Ease, Trajectory};
+use crate::vector::bounds_of;
 use crate::view::StepView;
 use glam::{BVec3, DQuat, DVec3};
 
@@ -128,13 +129,6 @@ impl Stride {
             low.cmple(max).all() && high.cmpge(min).all()
         })
     }
-}
-
-/// Opposite corners of the box around points (m).
-fn bounds_of<'a>(points: impl IntoIterator<Item = &'a DVec3>) -> [DVec3; 2] {
-    let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-    let points = points.into_iter();
-    points.fold(none, |[min, max], x| [min.min(*x), max.max(*x)])
 }
 
 impl RigidTool {

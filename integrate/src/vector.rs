@@ -129,6 +129,13 @@ pub(crate) fn scale_by(a: &mut [DVec3], factor: f64) {
     update(a, |_, a| *a *= factor);
 }
 
+/// Opposite corners of the box around points (m).
+pub(crate) fn bounds_of<'a>(points: impl IntoIterator<Item = &'a DVec3>) -> [DVec3; 2] {
+    let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+    let points = points.into_iter();
+    points.fold(none, |[min, max], x| [min.min(*x), max.max(*x)])
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

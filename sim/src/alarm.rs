@@ -2,8 +2,7 @@
 //! gives way.
 
 use glam::DVec3;
-use phyxel_discretize::Bounds;
-use phyxel_mls::within_radius;
+use phyxel_integrate::Occupied;
 
 use crate::body::Body;
 use crate::error::WorldError;
@@ -13,10 +12,6 @@ use crate::{Member, World};
 const SHORT: f64 = 0.01;
 /// Steps in a row below it with which a run ends: it would take more than a hundred times as long as estimated.
 const PATIENCE: u64 = 10_000;
-/// Nodes so deep in a body at rest, in its spacings, are inside of it for sure, and what comes half as near to them
-/// is so too.
-const DEEP: f64 = 1.0;
-const NEAR: f64 = 0.5;
 /// Depth (spacings) from which contact between bodies fades.
 const FADING: f64 = 0.5;
 
@@ -48,12 +43,10 @@ impl World {
             };
         }
         self.now.short_since = Some(number);
-        let eigenvalue = |member: &Member| member.body.current_eigenvalue();
-        let stiffest =
-            (self.members.iter_mut()).max_by(|a, b| eigenvalue(a).total_cmp(&eigenvalue(b)));
-        let Some(Member { body, .. }) = stiffest else {
+        let Some(stiffest) = self.stiffest_body() else {
             return Ok(());
         };
+        let body = &mut self.members[stiffest].body;
         let what = format!("body '{}': its step fell below", body.name);
         let place = body.stiffest_nodes(1, None).first().map_or_else(
             || "the whole body".to_owned(),
@@ -73,20 +66,12 @@ impl World {
 
     /// Reports which bodies lie in one another: a node well inside of one is near to a node of the other.
     pub(crate) fn watch_overlaps(&mut self) {
-        let bodies = || self.members.iter().map(|member| &member.body);
-        let boxes: Vec<Bounds> = bodies()
-            .map(|body| Bounds::of(body.motion.positions().iter().copied()))
-            .collect();
         let mut found = Vec::new();
-        for (second, b) in bodies().enumerate() {
-            for (first, a) in bodies().enumerate().take(second) {
-                let low = boxes[first].min.max(boxes[second].min);
-                let high = boxes[first].max.min(boxes[second].max);
-                if low.cmple(high).all() && lie_in_one_another(a, b, [low, high]) {
-                    found.push(format!(
-                        "bodies '{}' and '{}' lie in one another",
-                        a.name, b.name
-                    ));
+        for (second, Member { body: b, .. }) in self.members.iter().enumerate() {
+            for Member { body: a, .. } in &self.members[..second] {
+                if a.occupied().meets(&b.occupied()) {
+                    let (a, b) = (&a.name, &b.name);
+                    found.push(format!("bodies '{a}' and '{b}' lie in one another"));
                 }
             }
         }
@@ -126,33 +111,13 @@ impl World {
     }
 }
 
-/// Whether a node well inside of one body is near to a node of the other, within a box (m).
-fn lie_in_one_another(a: &Body, b: &Body, [low, high]: [DVec3; 2]) -> bool {
-    let margin = NEAR * a.spacing.max(b.spacing);
-    let near = |x: &DVec3| x.cmpge(low - margin).all() && x.cmple(high + margin).all();
-    let within = |body: &Body| -> Vec<(usize, DVec3)> {
-        let places = body.motion.positions().iter().copied().enumerate();
-        places.filter(|(_, x)| near(x)).collect()
-    };
-    let (of_a, of_b) = (within(a), within(b));
-    if of_a.is_empty() || of_b.is_empty() {
-        return false;
+impl Body {
+    fn occupied(&self) -> Occupied<'_, impl Fn(DVec3) -> f64> {
+        Occupied {
+            rest: &self.rest,
+            positions: self.motion.positions(),
+            spacing: self.spacing,
+            distance: |x| self.solid.signed_distance(x),
+        }
     }
-    let points: Vec<DVec3> = of_a.iter().chain(&of_b).map(|(_, x)| *x).collect();
-    // Places that are not finite end the run elsewhere.
-    let Ok(pairs) = within_radius(&points, margin) else {
-        return false;
-    };
-    let is_inside = |body: &Body, node: usize, distance: f64| {
-        distance < NEAR * body.spacing
-            && body.solid.signed_distance(body.rest[node]) < -DEEP * body.spacing
-    };
-    of_a.iter().enumerate().any(|(k, &(node, x))| {
-        let others = pairs.row(k).iter().map(|&other| other as usize);
-        let mut others = others.filter_map(|other| of_b.get(other.checked_sub(of_a.len())?));
-        others.any(|&(other, y)| {
-            let distance = x.distance(y);
-            is_inside(a, node, distance) || is_inside(b, other, distance)
-        })
-    })
 }

@@ -2,7 +2,7 @@
 
 use std::sync::PoisonError;
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use phyxel_discretize::{MeshReport, Solid, boundary_triangles, nodal_surface_areas};
 use phyxel_elastic::Elastic;
 use phyxel_enrich::{CutRule, Factors};
@@ -14,7 +14,7 @@ use phyxel_integrate::{
 use phyxel_mls::{GradientStencils, Neighborhoods};
 
 use crate::error::{BodyProblem, WorldError, in_body};
-use crate::model::{Built, build};
+use crate::model::build;
 use crate::moves::{StepTimes, timed};
 use crate::scene::{self, Scene};
 use crate::shares::Shared;
@@ -160,12 +160,7 @@ impl Body {
     /// All but the eigenvalue.
     pub(crate) fn build(scene: &Scene, description: &scene::Body) -> Result<Self, BodyProblem> {
         let (solid, report) = description.shape.solid(&description.placement())?;
-        let Built {
-            sampled,
-            coupled,
-            parts,
-            mut elastic,
-        } = build(scene, &solid, description)?;
+        let (sampled, coupled, parts, mut elastic) = build(scene, &solid, description)?;
         let (rest, tetrahedra) = (sampled.positions, sampled.tetrahedra);
         let (volumes, mut masses) = (coupled.volumes, coupled.masses);
         let neighborhoods = coupled.neighborhoods;
@@ -174,7 +169,7 @@ impl Body {
             volume: volumes.iter().sum(),
         };
         let supports = supports_of(scene, description, &rest, None);
-        elastic.set_held(&held_nodes(&supports));
+        elastic.set_held(&supports.fixed_nodes());
         // Stretching stiffens; the estimate is taken at rest and the step factor leaves the room.
         evaluate(&mut elastic, &rest);
         let mass_scaling = (description.moved_mass > 0.0)
@@ -351,7 +346,7 @@ impl Body {
     /// Takes supports that hold for the rest of the scene.
     pub(crate) fn set_supports(&mut self, supports: BoundaryConditions) {
         self.fetch_all();
-        self.elastic.set_held(&held_nodes(&supports));
+        self.elastic.set_held(&supports.fixed_nodes());
         self.motion.set_supports(supports);
         self.rebuilt_here();
     }
@@ -465,13 +460,6 @@ fn surface_nodes(
     Ok(covered.filter(|&(_, area)| area > 0.0).unzip())
 }
 
-/// Nodes that supports keep where they are.
-fn held_nodes(supports: &BoundaryConditions) -> Vec<u32> {
-    let held = supports.entries().iter();
-    let held = held.filter(|support| support.free == DMat3::ZERO && support.path.is_none());
-    held.map(|support| support.node).collect()
-}
-
 /// Brings a model to positions (m).
 pub(crate) fn evaluate(elastic: &mut Elastic, positions: &[DVec3]) {
     elastic.forces_into(positions, &mut vec![DVec3::ZERO; positions.len()]);
@@ -492,10 +480,8 @@ fn mean_edge(rest: &[DVec3], neighborhoods: &Neighborhoods) -> f64 {
 /// Checksum of rest positions.
 fn fingerprint(rest: &[DVec3]) -> u32 {
     let mut hasher = crc32fast::Hasher::new();
-    for x in rest {
-        for coordinate in x.to_array() {
-            hasher.update(&coordinate.to_le_bytes());
-        }
+    for coordinate in rest.iter().flat_map(DVec3::to_array) {
+        hasher.update(&coordinate.to_le_bytes());
     }
     hasher.finalize()
 }

@@ -7,11 +7,11 @@ use phyxel_elastic::{CutInput, CutPolicy};
 use phyxel_enrich::{
     Blade, CutSettings, Cuts, DeformedBody, Factors, Graph, Sweep, connected_pieces, is_parted,
 };
+use phyxel_integrate::CutEnergy;
 use phyxel_mls::{MaterialMap, mean_neighbor_distance};
 use serde::{Deserialize, Serialize};
 
 use crate::body::Body;
-use crate::energy::{CutEnergy, StrokeEnergy};
 use crate::error::BodyProblem;
 use crate::input::StrokePhase;
 use crate::model::elastic_stencils;
@@ -70,15 +70,7 @@ impl CutState {
 
     /// Whether growth and energies in all are numbers.
     pub(crate) fn is_finite(&self) -> bool {
-        let CutEnergy {
-            released,
-            added,
-            largest_addition,
-            decay,
-        } = self.energy.unwrap_or_default();
-        let growth = self.growth.unwrap_or(1.0);
-        let numbers = [growth, released, added, largest_addition, decay];
-        numbers.iter().all(|x| x.is_finite())
+        self.growth.unwrap_or(1.0).is_finite() && self.energy.unwrap_or_default().is_finite()
     }
 }
 
@@ -116,6 +108,21 @@ pub(crate) struct CutUpdate {
     pub(crate) touched: Vec<u32>,
     /// Place of the stroke among all so far.
     stroke: usize,
+}
+
+/// What one stroke of a blade did to a body.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
+pub struct StrokeEnergy {
+    /// Index of the scene's cut that it is of.
+    pub cut: usize,
+    /// Captured edges of blades.
+    pub captures: usize,
+    /// Those of them that changed the connectivity.
+    pub updates: usize,
+    /// What it did to the energy. The work of the retained gradients' decay
+    /// counts with the stroke that changed something last.
+    pub energy: CutEnergy,
 }
 
 impl Cutting {

@@ -1,12 +1,10 @@
 //! Contact of bodies with each other and of the flanks of their cuts: surface samples that follow cuts.
 
-use std::collections::HashMap;
-
 use glam::DVec3;
 use phyxel_discretize::{boundary_triangles, sample_surfels, surface_mesh};
 use phyxel_integrate::{
     ContactDisks, DeformableContact, DeformableSettings, DeformableState, DiskSample, Moved,
-    StepView,
+    Outside, StepView,
 };
 use phyxel_splat::{CAPSULE, Tissue, TissueSettings};
 
@@ -16,8 +14,6 @@ use crate::scene::Scene;
 
 /// Samples per squared spacing of nodes.
 const DENSITY: f64 = 4.0;
-/// How far a sample may lie off its triangle, over the triangle's size.
-const OFF_TRIANGLE: f64 = 0.3;
 /// Rate at which offsets learn, over the least damping of the bodies.
 const LEARNING: f64 = 0.5;
 /// Nodes of a sample: enough for a linear fit on one side of a cut.
@@ -30,8 +26,8 @@ pub(crate) struct DeformableBodies {
     tissues: Vec<Tissue>,
     /// Sample of each surfel, body by body.
     samples: Vec<Vec<u32>>,
-    /// Triangles of each body's outside at each of their corners; none where nodes are mere points.
-    outside: Vec<HashMap<u32, Vec<[u32; 3]>>>,
+    /// Outside of each body.
+    outside: Vec<Outside>,
     /// Where each body's nodes begin among those of all.
     first: Vec<usize>,
     stiffness: Vec<(f64, f64)>,
@@ -62,6 +58,10 @@ impl DeformableBodies {
             let spacing = member.body.spacing;
             (description.material.youngs_modulus / spacing, spacing)
         });
+        let outside = members.iter().map(|Member { body, .. }| {
+            let triangles = boundary_triangles(&body.tetrahedra, |_| true);
+            Outside::new(&triangles)
+        });
         let (mut first, mut rest, mut masses) = (Vec::new(), Vec::new(), Vec::new());
         for Member { body, .. } in members {
             first.push(rest.len());
@@ -79,7 +79,7 @@ impl DeformableBodies {
             ),
             samples: vec![Vec::new(); members.len()],
             tissues,
-            outside: members.iter().map(outside_of).collect(),
+            outside: outside.collect(),
             first,
             stiffness: stiffness.collect(),
             gravity: (scene.gravity).map_or(0.0, |gravity| gravity.acceleration.length()),
@@ -116,7 +116,8 @@ impl DeformableBodies {
         // Linear interpolation on a triangle gives its corners what their share of the surface bears; rows of flanks
         // and of what a cut hides are fitted.
         let position = surfels.positions[surfel];
-        let triangle = outer.then(|| self.triangle(body, position, row));
+        let (rest, outside) = (&self.rest[self.first[body]..], &self.outside[body]);
+        let triangle = outer.then(|| outside.triangle(rest, position, row));
         let triangle = triangle.flatten();
         let nodes = triangle.as_ref().map_or(row, |triangle| &triangle[..]);
         let (stiffness, spacing) = self.stiffness[body];
@@ -130,26 +131,6 @@ impl DeformableBodies {
             spacing,
         };
         (sample, nodes.iter().map(|node| first + node).collect())
-    }
-
-    /// The triangle of a body's outside on which a point lies, all of whose corners are among `seen`.
-    fn triangle(&self, body: usize, x: DVec3, seen: &[u32]) -> Option<[u32; 3]> {
-        let rest = &self.rest[self.first[body]..];
-        let outside = &self.outside[body];
-        let around = seen.iter().filter_map(|node| outside.get(node)).flatten();
-        let seen = around.filter(|corners| corners.iter().all(|corner| seen.contains(corner)));
-        let inside = |corners: &[u32; 3]| {
-            let [a, b, c] = corners.map(|node| rest[node as usize]);
-            let normal = (b - a).cross(c - a);
-            let least = [(a, b), (b, c), (c, a)]
-                .map(|(a, b)| (b - a).cross(x - a).dot(normal) / normal.length_squared())
-                .into_iter()
-                .fold(f64::INFINITY, f64::min);
-            let height = (x - a).dot(normal.normalize_or_zero()).abs();
-            least - height / normal.length().sqrt()
-        };
-        let best = seen.max_by(|a, b| inside(a).total_cmp(&inside(b)))?;
-        (inside(best) > -OFF_TRIANGLE).then_some(*best)
     }
 
     /// Follows a cut that a body has taken: new flanks, and surfels that see other nodes.
@@ -303,17 +284,6 @@ fn tissue_of(member: &Member) -> Result<Tissue, BodyProblem> {
     Ok(tissue)
 }
 
-/// Triangles of a body's outside at each of their corners.
-fn outside_of(member: &Member) -> HashMap<u32, Vec<[u32; 3]>> {
-    let mut outside: HashMap<u32, Vec<[u32; 3]>> = HashMap::new();
-    for triangle in boundary_triangles(&member.body.tetrahedra, |_| true) {
-        for corner in triangle {
-            outside.entry(corner).or_default().push(triangle);
-        }
-    }
-    outside
-}
-
 fn index(count: usize) -> u32 {
     u32::try_from(count).expect("fewer than 2^32 samples")
 }
@@ -321,7 +291,7 @@ fn index(count: usize) -> u32 {
 #[cfg(test)]
 mod tests {
     use crate::scene::{BodyContact, Target, embedded};
-    use crate::testing::{bytes, small};
+    use crate::testing::{assert_alike, small};
     use crate::{Member, World};
 
     /// Sum of the amounts of all normal forces (N).
@@ -353,25 +323,15 @@ mod tests {
         assert!(pressed > 0.0, "they are pressed");
         let mut again = World::new(scene).unwrap();
         again.restore(world.state(), |_, _| ()).unwrap();
-        for _ in 0..60 {
-            world.step().unwrap();
-            again.step().unwrap();
-        }
-        assert_eq!(bytes(&world), bytes(&again));
+        assert_alike(&mut world, &mut again, 60);
         let contact = &world.deformable.as_ref().unwrap().contact;
-        let (state, nodes) = (
-            contact.state(),
-            world.members()[0].body.motion.state().positions.len(),
-        );
-        let moved = world.members()[0].body.motion.audit().scale();
-        assert!(
-            state.energy_error().abs() < 0.002 * moved,
-            "{} of {moved}",
-            state.energy_error()
-        );
+        let (state, motion) = (contact.state(), &world.members()[0].body.motion);
+        let (nodes, moved) = (motion.positions().len(), motion.audit().scale());
+        let error = state.energy_error();
+        assert!(error.abs() < 0.002 * moved, "{error} of {moved}");
         assert!(contact.fits(state, nodes) && !contact.fits(state, nodes + 1));
         let mut broken = world.state();
-        broken.break_contact();
+        broken.contact.as_mut().unwrap().energy = f64::NAN;
         let refused = again.restore(broken, |_, _| ()).unwrap_err();
         assert!(refused.to_string().contains("contact"), "{refused}");
     }

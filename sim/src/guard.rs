@@ -11,8 +11,8 @@ use glam::DVec3;
 use phyxel_integrate::{DeformableForce, DeformableState, RigidEnergies, StepControl};
 
 use crate::body::Body;
-use crate::body_state::BodyState;
 use crate::error::{BodyProblem, WorldError, in_body};
+use crate::member::BodyState;
 use crate::phases::Phase;
 use crate::scene::Pose;
 use crate::tool::ToolContact;
@@ -26,7 +26,7 @@ const RETAKE_PRODUCTS: usize = 16;
 /// A state to return to, and the steps taken since.
 #[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Kept {
-    bodies: Vec<BodyState>,
+    pub(crate) bodies: Vec<BodyState>,
     /// Energies of their pieces' rigid motions.
     rigid: Vec<RigidEnergies>,
     /// Contact between them.
@@ -39,14 +39,6 @@ pub(crate) struct Kept {
 }
 
 impl Kept {
-    #[cfg(test)]
-    pub(crate) fn with_body(self, body: BodyState) -> Self {
-        Self {
-            bodies: vec![body],
-            ..self
-        }
-    }
-
     /// Whether it can be one of these bodies with so many tools.
     pub(crate) fn is_sound(&self, members: &[Member], poses: usize) -> bool {
         let finite = |rigid: &RigidEnergies| rigid.kinetic.is_finite() && rigid.lag.is_finite();
@@ -148,10 +140,14 @@ impl World {
     }
 
     fn blame_stiffest(&self, problem: BodyProblem) -> Result<(), WorldError> {
-        let stiffness = |body: &Body| body.current_eigenvalue();
-        let bodies = self.members.iter().map(|member| &member.body);
-        let stiffest = bodies.max_by(|a, b| stiffness(a).total_cmp(&stiffness(b)));
-        stiffest.map_or(Ok(()), |body| Err(problem.of(body)))
+        let stiffest = self.stiffest_body();
+        stiffest.map_or(Ok(()), |at| Err(problem.of(&self.members[at].body)))
+    }
+
+    /// Number of the body of largest eigenvalue.
+    pub(crate) fn stiffest_body(&self) -> Option<usize> {
+        let stiffness = |at: &usize| self.members[*at].body.current_eigenvalue();
+        (0..self.members.len()).max_by(|a, b| stiffness(a).total_cmp(&stiffness(b)))
     }
 
     /// Forgets the snapshot: it is of another model, or of another part of the scene.
@@ -390,6 +386,11 @@ mod tests {
         scene
     }
 
+    fn updates(world: &World) -> usize {
+        let cutting = world.members[0].cutting.as_ref();
+        cutting.map_or(0, |cutting| cutting.counts().1)
+    }
+
     fn scale(world: &World) -> f64 {
         let audit = world.members()[0].body.motion.audit();
         audit.elastic.max(audit.kinetic)
@@ -432,7 +433,7 @@ mod tests {
             rash.step().unwrap();
             most = most.max(scale(&rash));
         }
-        let updates = rash.members[0].cutting.as_ref().map_or(0, |c| c.counts().1);
+        let updates = updates(&rash);
         assert!(updates > 20, "{updates} updates");
         assert!(rash.retaken().stretches > 0, "nothing was seen");
         // The block at rest holds 0.2 J.
@@ -460,10 +461,7 @@ mod tests {
             );
             relaxed = body.relaxed;
         }
-        let updates = world.members[0]
-            .cutting
-            .as_ref()
-            .map_or(0, |c| c.counts().1);
+        let updates = updates(&world);
         assert!(updates > 5, "{updates} updates");
         let audit = world.members()[0].body.motion.audit();
         let off = audit.energy_error().abs() / scale(&world);

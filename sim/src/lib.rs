@@ -7,12 +7,10 @@ mod trainer {}
 
 mod alarm;
 mod body;
-mod body_state;
 mod capture;
 mod cutting;
 mod decay;
 mod deformable;
-mod energy;
 mod error;
 mod grip;
 mod guard;
@@ -45,8 +43,7 @@ pub use {
 
 pub use body::Body;
 use capture::capture_times;
-pub use cutting::Cutting;
-pub use energy::{CutEnergy, StrokeEnergy};
+pub use cutting::{Cutting, StrokeEnergy};
 pub use error::{BodyProblem, WorldError};
 pub use guard::Retaken;
 pub use input::{Action, Input, InputError, StrokePhase};
@@ -55,6 +52,7 @@ pub use memory::{MemoryShortage, ask_memory};
 pub use model::elastic_stencils;
 pub use parts::PartCost;
 pub use phases::{Phase, Phases, Spent};
+pub use phyxel_integrate::CutEnergy;
 pub use shape::extent;
 pub use shares::BodyShares;
 use state::Standing;
@@ -122,17 +120,17 @@ impl World {
         shares: Arc<Mutex<dyn BodyShares>>,
         builders: &rayon::ThreadPool,
     ) -> Result<Self, WorldError> {
-        let alone = scene.bodies.len() == 1;
-        let touches = scene.contact.is_some();
+        let refused = if scene.bodies.len() != 1 {
+            Some("one of several bodies")
+        } else if scene.contact.is_some() {
+            Some("contact between bodies (contact)")
+        } else {
+            None
+        };
         Self::with(scene, |scene, description| {
             let named = |problem: BodyProblem| problem.named(&description.name);
-            if !alone {
-                return Err(named(BodyProblem::NotShared("one of several bodies")));
-            }
-            if touches {
-                return Err(named(BodyProblem::NotShared(
-                    "contact between bodies (contact)",
-                )));
+            if let Some(reason) = refused {
+                return Err(named(BodyProblem::NotShared(reason)));
             }
             let mut member = builders.install(|| {
                 let body = Body::build(scene, description).map_err(named)?;
@@ -317,7 +315,11 @@ impl World {
     #[must_use]
     pub fn tool_forces(&self) -> Vec<ToolForce> {
         let forces = (0..self.scene.tools.len()).map(|index| {
-            let mut sum = ToolForce::free(self.input.state.poses[index]);
+            let pose = self.input.state.poses[index];
+            let mut sum = ToolForce {
+                pose,
+                ..ToolForce::default()
+            };
             for contact in self.members.iter().flat_map(|member| &member.contacts) {
                 if contact.tool == index {
                     contact.add_to(&mut sum);
@@ -438,6 +440,15 @@ mod testing {
         scene.integration.settle = None;
         scene.pictures = None;
         scene
+    }
+
+    /// Two worlds are bitwise the same after so many steps of each.
+    pub(crate) fn assert_alike(one: &mut World, other: &mut World, steps: usize) {
+        for _ in 0..steps {
+            one.step().unwrap();
+            other.step().unwrap();
+        }
+        assert!(bytes(one) == bytes(other), "bitwise");
     }
 
     /// All of a world's state.

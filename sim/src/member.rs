@@ -4,10 +4,12 @@ use std::borrow::Cow;
 
 use glam::DVec3;
 use phyxel_enrich::{Pieces, connected_pieces};
+use phyxel_integrate::{Grip, StiffnessTracker};
 use phyxel_splat::{SurfelError, Tissue, triangle_near_box};
+use serde::{Deserialize, Serialize};
 
 use crate::body::Body;
-use crate::cutting::{Capture, CapturedEdge, CutUpdate, Cutting};
+use crate::cutting::{Capture, CapturedEdge, CutState, CutUpdate, Cutting};
 use crate::error::{BodyProblem, WorldError, in_body};
 use crate::input::StrokePhase;
 use crate::scene::Scene;
@@ -83,20 +85,12 @@ impl Member {
         let bounds = body.solid.bounds();
         let near = triangles.iter().filter(|[a, b, c]| {
             let middle = (*a + *b + *c) / 3.0;
-            let size = a
-                .distance(middle)
-                .max(b.distance(middle))
-                .max(c.distance(middle));
+            let sizes = [a, b, c].map(|corner| corner.distance(middle));
+            let size = sizes.into_iter().fold(0.0, f64::max);
             body.solid.signed_distance(middle) < size + 2.0 * body.spacing
         });
         near.flat_map(|triangle| triangle_near_box(*triangle, bounds.min, bounds.max))
             .collect()
-    }
-
-    /// Heap bytes of the contacts of tools.
-    pub(crate) fn contact_bytes(&self) -> usize {
-        let points: usize = self.contacts.iter().map(ToolContact::bytes).sum();
-        points + size_of_val(&*self.body.surface_triangles)
     }
 
     /// Computes what a blade's edge (m) does to the body as it is, number `member` of the world: all of a capture that can
@@ -177,6 +171,43 @@ impl Member {
         elastic.weaken(&missing, positions, &|pair| cutting.factors().factor(pair));
     }
 
+    /// What moves, to be kept.
+    pub(crate) fn state(&self) -> BodyState {
+        let Self {
+            body,
+            cutting,
+            contacts,
+        } = self;
+        BodyState {
+            fingerprint: body.fingerprint,
+            motion: body.motion.state().clone(),
+            stiffness: body.stiffness.clone(),
+            eigenvector: body.eigenvector.clone(),
+            smallest_ratio: body.smallest_ratio,
+            doubt: body.doubt,
+            cut: cutting.as_ref().map(Cutting::state).unwrap_or_default(),
+            elastic: body.elastic.state(),
+            relaxed: body.relaxed,
+            contacts: contacts.clone(),
+            grip: body.grip.clone(),
+        }
+    }
+
+    /// Restores a snapshot of the same body with the same cuts.
+    pub(crate) fn set_state(&mut self, state: BodyState) {
+        let body = &mut self.body;
+        body.elastic.set_state(&state.elastic);
+        body.relaxed = state.relaxed;
+        body.smallest_ratio = state.smallest_ratio;
+        body.doubt = state.doubt;
+        body.grip = state.grip;
+        body.restore(state.motion, state.stiffness, state.eigenvector);
+        self.contacts = state.contacts;
+        if let Some(cutting) = &mut self.cutting {
+            cutting.set_state(state.cut);
+        }
+    }
+
     fn with_cutting(
         &mut self,
     ) -> Result<(&mut Body, &mut Cutting, &mut [ToolContact]), BodyProblem> {
@@ -186,6 +217,48 @@ impl Member {
         };
         let cutting = self.cutting.insert(fresh);
         Ok((&mut self.body, cutting, &mut self.contacts))
+    }
+}
+
+/// What moves in a body, and what watches over it.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct BodyState {
+    /// Checksum of the rest positions: a mesh file may have changed since.
+    pub(crate) fingerprint: u32,
+    pub(crate) motion: phyxel_integrate::State,
+    pub(crate) stiffness: StiffnessTracker,
+    pub(crate) eigenvector: Vec<DVec3>,
+    pub(crate) smallest_ratio: f64,
+    pub(crate) doubt: Option<phyxel_integrate::Warning>,
+    pub(crate) cut: CutState,
+    /// What decays in the model, and its control.
+    pub(crate) elastic: phyxel_elastic::State,
+    /// Energy (J) that viscosity has lost.
+    pub(crate) relaxed: f64,
+    pub(crate) contacts: Vec<ToolContact>,
+    pub(crate) grip: Option<Grip>,
+}
+
+impl BodyState {
+    /// Whether this can be a state of a body with the cuts that it has now: lists of its lengths, indices
+    /// within it, finite numbers.
+    pub(crate) fn fits(&self, member: &Member) -> bool {
+        let body = &member.body;
+        let n = body.rest.len();
+        let mut numbers = self.stiffness.indicators.iter().chain([&self.relaxed]);
+        let mut estimates = self.stiffness.estimates.iter();
+        body.motion.fits(&self.motion)
+            && estimates.all(|value| value.is_finite() && *value >= 0.0)
+            && (self.eigenvector.is_empty() || self.eigenvector.len() == n)
+            && self.eigenvector.iter().all(|x| x.is_finite())
+            && !self.smallest_ratio.is_nan()
+            && numbers.all(|x| x.is_finite())
+            && self.cut.is_finite()
+            && self.elastic.fits(&body.elastic)
+            && self.contacts.len() == member.contacts.len()
+            && (self.contacts.iter().zip(&member.contacts))
+                .all(|(kept, built)| kept.is_sound(n, built))
+            && self.grip.as_ref().is_none_or(|grip| grip.is_sound(n))
     }
 }
 

@@ -36,34 +36,24 @@ pub fn elastic_stencils<'a>(
         .with_multipliers(&stencils.scales, &stencils.multipliers)
 }
 
-/// What a body is made of, before it moves.
-pub(crate) struct Built {
-    pub(crate) sampled: Sampled,
-    pub(crate) coupled: Coupled,
-    /// Material of each node; empty for one.
-    pub(crate) parts: Vec<u32>,
-    pub(crate) elastic: Elastic,
-}
-
-/// Builds nodes and model of a body.
+/// Builds nodes and model of a body; also the material of each node, none if there is but one.
 pub(crate) fn build(
     scene: &Scene,
     solid: &Solid,
     spec: &scene::Body,
-) -> Result<Built, BodyProblem> {
+) -> Result<(Sampled, Coupled, Vec<u32>, Elastic), BodyProblem> {
     let sampled = sample(solid, spec)?;
     let holders = holders(scene, spec, &sampled.positions);
     let part_of = parts_of(spec, &sampled.positions);
     let mut coupled = couple(&sampled, &holders, spec)?;
-    let own = std::iter::once(spec.material.clone());
-    let parts = spec.inclusions.iter();
-    let all = own.chain(parts.map(|part| part.within(&spec.material)));
-    let all: Vec<MaterialSettings> = all.collect();
+    let mut all = vec![spec.material.clone()];
+    all.extend(
+        spec.inclusions
+            .iter()
+            .map(|part| part.within(&spec.material)),
+    );
     for (mass, &part) in coupled.masses.iter_mut().zip(&part_of) {
-        let density = all[part as usize].density;
-        if part > 0 {
-            *mass *= density / spec.material.density;
-        }
+        *mass *= all[part as usize].density / spec.material.density;
     }
     let list: Vec<Material> = all.iter().map(MaterialSettings::law).collect();
     let materials = if part_of.is_empty() {
@@ -100,12 +90,7 @@ pub(crate) fn build(
     }
     // Between two steps a viscous body answers at once.
     elastic.begin_viscous_step(0.0);
-    Ok(Built {
-        sampled,
-        coupled,
-        parts: part_of,
-        elastic,
-    })
+    Ok((sampled, coupled, part_of, elastic))
 }
 
 /// Nodes that know their neighbours.

@@ -3,6 +3,7 @@
 use std::mem::size_of_val;
 
 use crate::phases::Phase;
+use crate::tool::ToolContact;
 use crate::{Member, World};
 
 /// A part of the model of one body.
@@ -22,49 +23,29 @@ impl Member {
     #[must_use]
     pub fn parts(&self) -> Vec<PartCost> {
         let body = &self.body;
-        let part = |name, bytes, phase| PartCost { name, bytes, phase };
-        let moving = body.motion.bytes();
+        let (moving, elastic) = (body.motion.bytes(), body.elastic.bytes());
+        let positions = size_of_val(&*body.rest) + size_of_val(&*body.tetrahedra);
         let graph = &body.neighborhoods;
-        let elastic = body.elastic.bytes();
+        let others = elastic.held + elastic.cuts + elastic.watch + elastic.viscosity;
+        let cutting = self.cutting.as_ref().map_or(0, crate::Cutting::bytes);
+        let nodes = positions + size_of_val(&*body.volumes) + size_of_val(&*body.masses);
+        let edges = size_of_val(graph.offsets()) + size_of_val(graph.indices());
+        let motion = moving.state + size_of_val(&*body.eigenvector) + elastic.watch;
+        let tools: usize = self.contacts.iter().map(ToolContact::bytes).sum();
+        let contact = tools + size_of_val(&*body.surface_triangles) + moving.applied;
+        let part = |name, bytes, phase| PartCost { name, bytes, phase };
         vec![
-            part(
-                "nodes",
-                size_of_val(&*body.rest)
-                    + size_of_val(&*body.volumes)
-                    + size_of_val(&*body.masses)
-                    + size_of_val(&*body.tetrahedra),
-                None,
-            ),
-            part(
-                "neighbours",
-                size_of_val(graph.offsets()) + size_of_val(graph.indices()),
-                None,
-            ),
+            part("nodes", nodes, None),
+            part("neighbours", edges, None),
             part("stencils", body.stencils.bytes(), None),
-            part(
-                "elasticity",
-                elastic.all - elastic.held - elastic.cuts - elastic.watch - elastic.viscosity,
-                Some(Phase::Forces),
-            ),
+            part("elasticity", elastic.all - others, Some(Phase::Forces)),
             part("viscosity", elastic.viscosity, None),
-            part(
-                "motion",
-                moving.state + size_of_val(&*body.eigenvector) + elastic.watch,
-                Some(Phase::Integration),
-            ),
+            part("motion", motion, Some(Phase::Integration)),
             part("supports", moving.supports + elastic.held, None),
             part("gravity", moving.loads, None),
             part("viscous damping", moving.viscous, None),
-            part(
-                "contact",
-                self.contact_bytes() + moving.applied,
-                Some(Phase::Contact),
-            ),
-            part(
-                "cuts",
-                self.cutting.as_ref().map_or(0, crate::Cutting::bytes) + elastic.cuts,
-                Some(Phase::Cut),
-            ),
+            part("contact", contact, Some(Phase::Contact)),
+            part("cuts", cutting + elastic.cuts, Some(Phase::Cut)),
         ]
     }
 }

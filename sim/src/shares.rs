@@ -9,12 +9,15 @@ use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use glam::{DMat3, DVec3};
-use phyxel_elastic::{Dilatation, Elastic, Part, StiffNode};
-use phyxel_integrate::{Eigenvalue, EigenvalueError, EigenvalueSettings, Motion, Shares, State};
+use phyxel_elastic::{Dilatation, Part, StiffNode};
+use phyxel_integrate::{
+    Eigenvalue, EigenvalueError, EigenvalueSettings, Grip, Motion, Shares, State,
+};
 
 use crate::body::{Body, evaluate, first_estimate};
-use crate::body_state::BodyState;
 use crate::error::BodyProblem;
+use crate::member::BodyState;
+use crate::tool::ToolContact;
 use crate::{Member, World};
 
 /// The shares of one body.
@@ -51,7 +54,7 @@ pub trait BodyShares: Shares + fmt::Debug + Send {
     /// [`phyxel_elastic::Elastic::stiffness_indicators`] of the whole, at the state last evaluated.
     fn stiffness_indicators(&self) -> Vec<f64>;
 
-    /// Lets the retained gradients decay ([`Elastic::decay`]); the first
+    /// Lets the retained gradients decay ([`phyxel_elastic::Elastic::decay`]); the first
     /// half of the work (J).
     fn decay(&mut self, factor: f64) -> f64;
 
@@ -72,7 +75,7 @@ pub trait BodyShares: Shares + fmt::Debug + Send {
     /// Gives it back.
     fn vector(&mut self) -> Vec<DVec3>;
 
-    /// [`Elastic::stiffest_nodes`] of the whole where the nodes are, or of some of the runs of
+    /// [`phyxel_elastic::Elastic::stiffest_nodes`] of the whole where the nodes are, or of some of the runs of
     /// [`phyxel_elastic::WATCHED_NODES`] nodes.
     fn stiffest_nodes(&mut self, count: usize, runs: Option<&[usize]>) -> Vec<StiffNode>;
 
@@ -143,15 +146,6 @@ impl Shared {
         if self.newest == Newest::Shares {
             motion.fetch(&mut *self.lock());
             self.newest = Newest::Both;
-        }
-    }
-
-    /// Brings them here and evaluates the model there.
-    fn bring(&mut self, motion: &mut Motion, elastic: &mut Elastic) {
-        self.fetch(motion);
-        if !self.evaluated {
-            evaluate(elastic, motion.positions());
-            self.evaluated = true;
         }
     }
 
@@ -291,15 +285,8 @@ impl Member {
         let supports = self.body.motion.supports().entries().iter();
         let driven = supports.filter(|support| support.path.is_some());
         let mut nodes: Vec<u32> = driven.map(|support| support.node).collect();
-        for contact in &self.contacts {
-            nodes.extend_from_slice(contact.nodes());
-        }
-        nodes.extend(
-            self.body
-                .grip
-                .iter()
-                .flat_map(phyxel_integrate::Grip::nodes),
-        );
+        nodes.extend(self.contacts.iter().flat_map(ToolContact::nodes));
+        nodes.extend(self.body.grip.iter().flat_map(Grip::nodes));
         nodes.extend(self.body.elastic.bond_ends());
         nodes.sort_unstable();
         nodes.dedup();
@@ -317,8 +304,11 @@ impl Body {
 
     /// Brings them here and evaluates the model there.
     pub(crate) fn fetch_all(&mut self) {
-        if let Some(shared) = &mut self.shared {
-            shared.bring(&mut self.motion, &mut self.elastic);
+        self.fetch();
+        if let Some(shared) = &mut self.shared
+            && !std::mem::replace(&mut shared.evaluated, true)
+        {
+            evaluate(&mut self.elastic, self.motion.positions());
         }
     }
 

@@ -18,7 +18,7 @@ pub(crate) struct ToolContact {
 }
 
 /// Forces on a tool at the end of the last step, of all bodies together.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub struct ToolForce {
     /// Where the tool is.
@@ -33,19 +33,6 @@ pub struct ToolForce {
     pub area: f64,
     /// Work of the bodies on the tool so far (J).
     pub work: f64,
-}
-
-impl ToolForce {
-    pub(crate) fn free(pose: Pose) -> Self {
-        Self {
-            pose,
-            force: DVec3::ZERO,
-            torque: DVec3::ZERO,
-            penetration: 0.0,
-            area: 0.0,
-            work: 0.0,
-        }
-    }
 }
 
 impl ToolContact {

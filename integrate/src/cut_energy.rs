@@ -1,9 +1,8 @@
-//! What cuts did to the energy, in all and stroke by stroke.
+//! What cuts did to the energy.
 
-use serde::{Deserialize, Serialize};
-
-/// What cuts did to the energy.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+/// What cuts did to the energy of a body.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct CutEnergy {
     /// Sum of what updates took (J).
@@ -19,7 +18,7 @@ pub struct CutEnergy {
 impl CutEnergy {
     /// Books what an update changed (J) where `stored` (J) was elastic energy before; below `round_off` (J) nothing
     /// is distinguished from none.
-    pub(crate) fn record(&mut self, jump: f64, stored: f64, round_off: f64) {
+    pub fn record(&mut self, jump: f64, stored: f64, round_off: f64) {
         if jump <= 0.0 {
             self.released -= jump;
             return;
@@ -30,21 +29,13 @@ impl CutEnergy {
             self.largest_addition = self.largest_addition.max(share);
         }
     }
-}
 
-/// What one stroke of a blade did to a body.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[non_exhaustive]
-pub struct StrokeEnergy {
-    /// Index of the scene's cut that it is of.
-    pub cut: usize,
-    /// Captured edges of blades.
-    pub captures: usize,
-    /// Those of them that changed the connectivity.
-    pub updates: usize,
-    /// What it did to the energy. The work of the retained gradients' decay
-    /// counts with the stroke that changed something last.
-    pub energy: CutEnergy,
+    /// Whether all of it are numbers.
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        let numbers = [self.released, self.added, self.largest_addition, self.decay];
+        numbers.iter().all(|number| number.is_finite())
+    }
 }
 
 #[cfg(test)]
