@@ -8,9 +8,9 @@ use phyxel_integrate::{
 };
 use phyxel_splat::{CAPSULE, Tissue, TissueSettings};
 
-use crate::Member;
 use crate::error::{BodyProblem, WorldError, in_body};
 use crate::scene::Scene;
+use crate::{Body, Member};
 
 /// Samples per squared spacing of nodes.
 const DENSITY: f64 = 4.0;
@@ -19,18 +19,25 @@ const LEARNING: f64 = 0.5;
 /// Nodes of a sample: enough for a linear fit on one side of a cut.
 const NODES: usize = 16;
 
+/// A body's surface as it touches others and itself.
+#[derive(Debug, Clone)]
+struct Surface {
+    tissue: Tissue,
+    /// Sample of each surfel.
+    samples: Vec<u32>,
+    outside: Outside,
+    /// Where the body's nodes begin among those of all.
+    first: usize,
+    /// Of its samples (Pa/m), and the distance (m) of its nodes.
+    stiffness: f64,
+    spacing: f64,
+}
+
 /// All bodies as their surfaces touch.
 #[derive(Debug, Clone)]
 pub(crate) struct DeformableBodies {
     pub(crate) contact: DeformableContact,
-    tissues: Vec<Tissue>,
-    /// Sample of each surfel, body by body.
-    samples: Vec<Vec<u32>>,
-    /// Outside of each body.
-    outside: Vec<Outside>,
-    /// Where each body's nodes begin among those of all.
-    first: Vec<usize>,
-    stiffness: Vec<(f64, f64)>,
+    surfaces: Vec<Surface>,
     /// Acceleration (m/s²) of gravity in full.
     gravity: f64,
     rest: Vec<DVec3>,
@@ -49,22 +56,16 @@ impl DeformableBodies {
         let Some(contact) = &scene.contact else {
             return Ok(None);
         };
-        let tissues = members
-            .iter()
-            .map(|member| in_body(tissue_of(member), &member.body.name));
-        let tissues = tissues.collect::<Result<Vec<_>, _>>()?;
-        let bodies = members.iter().zip(&scene.bodies);
-        let stiffness = bodies.map(|(member, description)| {
-            let spacing = member.body.spacing;
-            (description.material.youngs_modulus / spacing, spacing)
-        });
-        let outside = members.iter().map(|Member { body, .. }| {
-            let triangles = boundary_triangles(&body.tetrahedra, |_| true);
-            Outside::new(&triangles)
-        });
-        let (mut first, mut rest, mut masses) = (Vec::new(), Vec::new(), Vec::new());
-        for Member { body, .. } in members {
-            first.push(rest.len());
+        let (mut surfaces, mut rest, mut masses) = (Vec::new(), Vec::new(), Vec::new());
+        for (Member { body, .. }, description) in members.iter().zip(&scene.bodies) {
+            surfaces.push(Surface {
+                tissue: in_body(tissue_of(body), &body.name)?,
+                samples: Vec::new(),
+                outside: Outside::new(&boundary_triangles(&body.tetrahedra, |_| true)),
+                first: rest.len(),
+                stiffness: description.material.youngs_modulus / body.spacing,
+                spacing: body.spacing,
+            });
             rest.extend_from_slice(&body.rest);
             masses.extend_from_slice(&body.masses);
         }
@@ -77,11 +78,7 @@ impl DeformableBodies {
                 index(members.len()),
                 friction,
             ),
-            samples: vec![Vec::new(); members.len()],
-            tissues,
-            outside: outside.collect(),
-            first,
-            stiffness: stiffness.collect(),
+            surfaces,
             gravity: (scene.gravity).map_or(0.0, |gravity| gravity.acceleration.length()),
             positions: rest.clone(),
             moved: vec![DVec3::ZERO; rest.len()],
@@ -100,36 +97,38 @@ impl DeformableBodies {
 
     /// Adds samples for the surfels of a body that have none.
     fn take_new(&mut self, body: usize, disks: &mut ContactDisks) {
-        for surfel in self.samples[body].len()..self.tissues[body].surfels().len() {
+        let Surface {
+            samples, tissue, ..
+        } = &self.surfaces[body];
+        for surfel in samples.len()..tissue.surfels().len() {
             let (sample, nodes) = self.sample(body, surfel);
-            self.samples[body].push(index(disks.len()));
+            self.surfaces[body].samples.push(index(disks.len()));
             disks.push(sample, &nodes, &self.rest);
         }
     }
 
     fn sample(&self, body: usize, surfel: usize) -> (DiskSample, Vec<u32>) {
-        let tissue = &self.tissues[body];
+        let surface = &self.surfaces[body];
+        let tissue = &surface.tissue;
         let surfels = tissue.surfels();
-        let outer = surfel < tissue.outer_count();
-        let first = index(self.first[body]);
         let (row, _) = tissue.binding().row(surfel);
         // Linear interpolation on a triangle gives its corners what their share of the surface bears; rows of flanks
         // and of what a cut hides are fitted.
-        let position = surfels.positions[surfel];
-        let (rest, outside) = (&self.rest[self.first[body]..], &self.outside[body]);
-        let triangle = outer.then(|| outside.triangle(rest, position, row));
+        let (position, rest) = (surfels.positions[surfel], &self.rest[surface.first..]);
+        let outer = surfel < tissue.outer_count();
+        let triangle = outer.then(|| surface.outside.triangle(rest, position, row));
         let triangle = triangle.flatten();
         let nodes = triangle.as_ref().map_or(row, |triangle| &triangle[..]);
-        let (stiffness, spacing) = self.stiffness[body];
         let sample = DiskSample {
             position,
             normal: surfels.normals[surfel],
             area: surfels.areas[surfel],
             flank: surfels.materials[surfel] != CAPSULE,
             body: index(body),
-            stiffness,
-            spacing,
+            stiffness: surface.stiffness,
+            spacing: surface.spacing,
         };
+        let first = index(surface.first);
         (sample, nodes.iter().map(|node| first + node).collect())
     }
 
@@ -141,17 +140,19 @@ impl DeformableBodies {
         triangles: &[[DVec3; 3]],
     ) -> Result<(), BodyProblem> {
         let member = &members[body];
-        let tissue = &mut self.tissues[body];
+        let Surface {
+            tissue, samples, ..
+        } = &mut self.surfaces[body];
         let mut changed = member.cut_surface(tissue, triangles)?;
         changed.extend(tissue.part(&member.pieces().piece));
-        let known = self.samples[body].len();
+        let known = samples.len();
         let changed = changed.iter().map(|&surfel| surfel as usize);
         self.begin(members);
         let mut disks = self.contact.take_disks(&self.positions);
         let mut set = Vec::new();
         for surfel in changed.filter(|surfel| *surfel < known) {
             let (sample, nodes) = self.sample(body, surfel);
-            let at = self.samples[body][surfel] as usize;
+            let at = self.surfaces[body].samples[surfel] as usize;
             disks.set(at, sample, &nodes, &self.rest);
             set.push(at);
         }
@@ -175,9 +176,10 @@ impl DeformableBodies {
         self.contact.set_rates(LEARNING * least, drag);
         self.begin(members);
         self.pieces.fill(u32::MAX);
-        let pieces = members.iter().zip(&self.first).flat_map(|(member, first)| {
+        let bodies = members.iter().zip(&self.surfaces);
+        let pieces = bodies.flat_map(|(member, surface)| {
             let pieces = member.body.motion.free_pieces();
-            pieces.map(move |nodes| (nodes, *first))
+            pieces.map(move |nodes| (nodes, surface.first))
         });
         for (piece, (nodes, first)) in (0..).zip(pieces) {
             for node in nodes {
@@ -188,15 +190,16 @@ impl DeformableBodies {
 
     /// Remembers where a body's nodes are at the begin of a step.
     fn begin(&mut self, members: &[Member]) {
-        for (Member { body, .. }, &first) in members.iter().zip(&self.first) {
-            let x = body.motion.positions();
+        for (Member { body, .. }, surface) in members.iter().zip(&self.surfaces) {
+            let (x, first) = (body.motion.positions(), surface.first);
             self.positions[first..first + x.len()].copy_from_slice(x);
         }
     }
 
     /// Takes where a body's nodes are at the end of a step.
     pub(crate) fn take(&mut self, body: usize, view: &StepView<'_>) {
-        let range = self.first[body]..self.first[body] + view.positions.len();
+        let first = self.surfaces[body].first;
+        let range = first..first + view.positions.len();
         let (before, moved) = (&mut self.positions[range.clone()], &mut self.moved[range]);
         for ((moved, before), now) in moved.iter_mut().zip(before).zip(view.positions) {
             *moved = *now - *before;
@@ -218,7 +221,7 @@ impl DeformableBodies {
 
     /// Adds the forces on a body's nodes.
     pub(crate) fn give(&self, body: usize, forces: &mut [DVec3]) {
-        let own = &self.contact.state().forces[self.first[body]..];
+        let own = &self.contact.state().forces[self.surfaces[body].first..];
         for (sum, force) in forces.iter_mut().zip(own) {
             *sum += *force;
         }
@@ -236,10 +239,9 @@ impl DeformableBodies {
     /// Contact pressure (Pa) at each node of a body.
     pub(crate) fn pressures(&self, members: &[Member], body: usize) -> Vec<f64> {
         let positions = members.iter().map(|member| member.body.motion.positions());
-        let mut all = self
-            .contact
-            .pressures(&positions.collect::<Vec<_>>().concat());
-        all.drain(..self.first[body]);
+        let positions = positions.collect::<Vec<_>>().concat();
+        let mut all = self.contact.pressures(&positions);
+        all.drain(..self.surfaces[body].first);
         all.truncate(members[body].body.rest.len());
         all
     }
@@ -258,14 +260,13 @@ impl DeformableBodies {
     pub(crate) fn bytes(&self) -> usize {
         let vectors = [&self.rest, &self.positions, &self.moved];
         let vectors: usize = vectors.iter().map(|list| size_of_val(&***list)).sum();
-        let tissues: usize = self.tissues.iter().map(Tissue::bytes).sum();
-        self.contact.bytes() + vectors + tissues
+        let tissues = self.surfaces.iter().map(|surface| surface.tissue.bytes());
+        self.contact.bytes() + vectors + tissues.sum::<usize>()
     }
 }
 
 /// Samples of a body's surface at rest.
-fn tissue_of(member: &Member) -> Result<Tissue, BodyProblem> {
-    let body = &member.body;
+fn tissue_of(body: &Body) -> Result<Tissue, BodyProblem> {
     let surface = surface_mesh(&body.solid, 0.5 * body.spacing)?;
     let density = DENSITY / (body.spacing * body.spacing);
     #[allow(
@@ -312,14 +313,19 @@ mod tests {
             key.time *= 0.05;
         }
         let mut world = World::new(scene.clone()).unwrap();
-        let outer = world.deformable.as_ref().unwrap().tissues[0].outer_count();
+        let outer = world.deformable.as_ref().unwrap().surfaces[0]
+            .tissue
+            .outer_count();
         let mut pressed = 0.0_f64;
         for _ in 0..120 {
             world.step().unwrap();
             pressed = pressed.max(normal(&world));
         }
         let contact = world.deformable.as_ref().unwrap();
-        assert!(contact.samples[0].len() > outer + 20, "flanks have samples");
+        assert!(
+            contact.surfaces[0].samples.len() > outer + 20,
+            "flanks have samples"
+        );
         assert!(pressed > 0.0, "they are pressed");
         let mut again = World::new(scene).unwrap();
         again.restore(world.state(), |_, _| ()).unwrap();
