@@ -1,11 +1,15 @@
 //! What the front asks of all ranks, itself included.
 
 use phyxel_integrate::{EigenvalueSettings, Pass};
+use serde::{Deserialize, Serialize};
 
-use crate::estimate::whole;
+use crate::wire::{broadcast, packed, unpacked};
+
+/// Numbers of a command.
+const LENGTH: usize = 6;
 
 /// A command.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) enum Command {
     /// A package for each rank follows.
     Model,
@@ -44,76 +48,18 @@ pub(crate) enum Command {
     End,
 }
 
-/// Numbers of a command.
-pub(crate) const LENGTH: usize = 6;
-
 impl Command {
-    /// As numbers.
-    pub(crate) fn encode(self) -> [f64; LENGTH] {
-        let of = |code: f64, pass: Option<Pass>| {
-            pass.map_or([code, 0.0, 0.0, 0.0, 0.0, 0.0], |pass| {
-                let ([a, b], [c, d]) = (pass.first, pass.second);
-                [code, pass.step, a, b, c, d]
-            })
-        };
-        match self {
-            Self::Model => of(1.0, None),
-            Self::State => of(2.0, None),
-            Self::Step(pass) => of(3.0, Some(pass)),
-            Self::Watched(pass) => of(4.0, Some(pass)),
-            Self::Fetch => of(5.0, None),
-            Self::Store => of(6.0, None),
-            Self::Write => of(7.0, None),
-            Self::Decay(factor) => [8.0, factor, 0.0, 0.0, 0.0, 0.0],
-            Self::End => of(9.0, None),
-            Self::Estimate(settings) => {
-                let products = settings.iterations as f64;
-                let (tolerance, margin) = (settings.tolerance, settings.margin);
-                [10.0, products, tolerance, margin, 0.0, 0.0]
-            }
-            Self::SetVector => of(11.0, None),
-            Self::Vector => of(12.0, None),
-            Self::Stiffest(count, runs) => {
-                let runs = runs.map_or(-1.0, |runs| runs as f64);
-                [13.0, count as f64, runs, 0.0, 0.0, 0.0]
-            }
-            Self::Read(gradients, places) => [14.0, gradients as f64, places as f64, 0.0, 0.0, 0.0],
-            Self::Keep => of(15.0, None),
-            Self::Kept => of(16.0, None),
-            Self::Change(rows) => [17.0, f64::from(u8::from(rows)), 0.0, 0.0, 0.0, 0.0],
-        }
+    /// Gives it to all other ranks.
+    pub(crate) fn give(self) {
+        let mut numbers: [f64; LENGTH] = packed(&self);
+        broadcast(&mut numbers);
     }
 
-    /// From numbers; what is no command ends the rank.
-    pub(crate) fn decode([code, step, a, b, c, d]: [f64; LENGTH]) -> Self {
-        let pass = Pass {
-            step,
-            first: [a, b],
-            second: [c, d],
-        };
-        match code as i64 {
-            1 => Self::Model,
-            2 => Self::State,
-            3 => Self::Step(pass),
-            4 => Self::Watched(pass),
-            5 => Self::Fetch,
-            6 => Self::Store,
-            7 => Self::Write,
-            8 => Self::Decay(step),
-            10 => Self::Estimate(EigenvalueSettings {
-                iterations: whole(step),
-                tolerance: a,
-                margin: b,
-            }),
-            11 => Self::SetVector,
-            12 => Self::Vector,
-            13 => Self::Stiffest(whole(step), (a >= 0.0).then(|| whole(a))),
-            14 => Self::Read(whole(step), whole(a)),
-            15 => Self::Keep,
-            16 => Self::Kept,
-            17 => Self::Change(step > 0.0),
-            _ => Self::End,
-        }
+    /// Takes what rank 0 gives; what is no command ends the rank.
+    pub(crate) fn take() -> Self {
+        let mut numbers = [0.0; LENGTH];
+        broadcast(&mut numbers);
+        unpacked(&numbers).unwrap_or(Self::End)
     }
 }
 
@@ -150,7 +96,8 @@ mod tests {
             Command::End,
         ];
         for command in all {
-            assert_eq!(Command::decode(command.encode()), command);
+            let numbers: [f64; LENGTH] = packed(&command);
+            assert_eq!(unpacked::<Command>(&numbers), Ok(command));
         }
     }
 }

@@ -13,8 +13,9 @@ use crate::memory::Memory;
 use crate::package::Locals;
 use crate::share::{Share, told};
 use crate::traffic::Traffic;
-use crate::wire::{Wire, broadcast, gather, ranks, send, vectors, wake};
-use crate::worker::{Counted, write_nodes};
+use crate::vtu::{write_index, write_piece};
+use crate::wire::{FRONT, Wire, broadcast, gather, packed, ranks, send, unpacked, vectors, wake};
+use crate::worker::Counted;
 
 /// The shares of a body on all ranks.
 #[derive(Debug, Default)]
@@ -41,10 +42,6 @@ pub(crate) struct Front {
     /// Offsets and bonds of each rank whose works it reports in this step.
     carried: Vec<[usize; 2]>,
     works: [f64; 2],
-}
-
-fn command(command: Command) {
-    broadcast(&mut command.encode());
 }
 
 fn runs(count: usize) -> usize {
@@ -179,27 +176,28 @@ impl Front {
         if self.mine.is_none() {
             return Ok(());
         }
-        command(Command::Write);
+        Command::Write.give();
         let name = folder.to_string_lossy().into_owned();
         for rank in 1..ranks() {
             send(rank, name.as_bytes());
         }
         let (mine, wire) = self.mine();
         mine.evaluate_if_due(wire);
-        let written = write_nodes(mine, folder);
+        let written = write_piece(mine, folder, FRONT);
         gather(&[0.0], &vec![1; ranks()]);
         written?;
-        crate::vtu::write_index(folder, ranks())
+        write_index(folder, ranks())
     }
 
     /// Ends all ranks; what they counted, and what went between them and rank 0 besides steps.
     pub(crate) fn end(&mut self) -> (Vec<Counted>, [Traffic; Traffic::KINDS]) {
         self.wake();
-        command(Command::End);
+        Command::End.give();
         let mine = Counted::of(self.mine.as_ref(), &self.memory, &self.wire);
-        let all = gather(&mine.encode(), &vec![Counted::LENGTH; ranks()]);
-        let (all, _) = all.as_chunks();
-        let counted = all.iter().map(|numbers| Counted::decode(*numbers));
+        let mine: [f64; Counted::LENGTH] = packed(&mine);
+        let all = gather(&mine, &vec![Counted::LENGTH; ranks()]);
+        let counted = all.chunks(Counted::LENGTH).map(|numbers| unpacked(numbers));
+        let counted = counted.map(Result::unwrap_or_default);
         (counted.collect(), self.traffic)
     }
 }

@@ -3,34 +3,49 @@
 use glam::DVec3;
 use phyxel_integrate::State;
 
+/// Positions, velocities, forces and viscous forces of a state.
+pub(crate) fn moving(state: &State) -> [&Vec<DVec3>; 4] {
+    let State {
+        positions,
+        velocities,
+        forces,
+        viscous,
+        ..
+    } = state;
+    [positions, velocities, forces, viscous]
+}
+
+/// The same, to be written.
+pub(crate) fn moving_mut(state: &mut State) -> [&mut Vec<DVec3>; 4] {
+    let State {
+        positions,
+        velocities,
+        forces,
+        viscous,
+        ..
+    } = state;
+    [positions, velocities, forces, viscous]
+}
+
 /// Vectors of own nodes.
 #[derive(Debug, Default)]
 pub(crate) struct Memory {
     /// The vector of the last estimate of the largest eigenvalue, or none.
     pub(crate) vector: Vec<DVec3>,
-    /// Positions, velocities, forces and viscous forces of the snapshot, and its vector.
-    kept: [Vec<DVec3>; Memory::KEPT],
+    /// What moves in the snapshot, and its vector.
+    kept: [Vec<DVec3>; 5],
 }
 
 impl Memory {
-    /// Lists that are kept.
-    pub(crate) const KEPT: usize = 5;
-
     /// Keeps a state and the vector.
     pub(crate) fn keep(&mut self, state: &State) {
-        let lists = [
-            &state.positions,
-            &state.velocities,
-            &state.forces,
-            &state.viscous,
-            &self.vector,
-        ];
+        let lists = moving(state).into_iter().chain([&self.vector]);
         for (kept, list) in self.kept.iter_mut().zip(lists) {
             kept.clone_from(list);
         }
     }
 
-    pub(crate) fn kept(&self) -> &[Vec<DVec3>; Self::KEPT] {
+    pub(crate) fn kept(&self) -> &[Vec<DVec3>; 5] {
         &self.kept
     }
 

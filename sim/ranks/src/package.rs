@@ -9,7 +9,7 @@ mod locals;
 mod weak;
 
 use glam::{DMat3, DVec3};
-use phyxel::{BodyProblem, Member, elastic_stencils};
+use phyxel::{Body, BodyProblem, Member, elastic_stencils};
 use phyxel_elastic::{Elastic, Frame, Material, Materials, Nodes, Settings, Stencils};
 use phyxel_integrate::{BoundaryConditions, Motion, MotionSettings};
 use serde::{Deserialize, Serialize};
@@ -18,7 +18,7 @@ use crate::layout::Layout;
 pub(crate) use change::Change;
 pub(crate) use locals::{Locals, number};
 use locals::{of_rank, row};
-use weak::{Weak, carries, weak_nodes, weaken};
+use weak::{Weak, weak_nodes, weaken};
 
 /// A rank's part of a body.
 #[derive(Debug, Serialize, Deserialize)]
@@ -31,6 +31,21 @@ pub(crate) struct Package {
     pub(crate) first: usize,
     pub(crate) count: usize,
     pub(crate) rest: Vec<DVec3>,
+    /// Whether any rank has something that decays: its works need forces evaluated where the nodes are.
+    pub(crate) carries: bool,
+    /// Ranks that need positions of own nodes, with the local numbers of these.
+    pub(crate) sends: Vec<(usize, Vec<u32>)>,
+    /// Ranks whose nodes are ghosts here, with the local number of the first and how many.
+    pub(crate) receives: Vec<(usize, usize, usize)>,
+    /// Own nodes, counted from the first, that rank 0 sees in every step, and their positions among all such.
+    pub(crate) watched: Vec<(u32, u32)>,
+    /// How many nodes rank 0 sees in every step.
+    pub(crate) watched_count: usize,
+}
+
+/// What a rank builds its nodes' motion and model from.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct Model {
     volumes: Vec<f64>,
     masses: Vec<f64>,
     offsets: Vec<u32>,
@@ -51,16 +66,6 @@ pub(crate) struct Package {
     weak: Vec<Weak>,
     /// Nodes with an offset of their deformation gradient, ascending, and these.
     offsets_of_gradients: Vec<(u32, ([f64; 9], f64))>,
-    /// Whether any rank has such: works of their decay need forces evaluated where the nodes are.
-    pub(crate) carries: bool,
-    /// Ranks that need positions of own nodes, with the local numbers of these.
-    pub(crate) sends: Vec<(usize, Vec<u32>)>,
-    /// Ranks whose nodes are ghosts here, with the local number of the first and how many.
-    pub(crate) receives: Vec<(usize, usize, usize)>,
-    /// Own nodes, counted from the first, that rank 0 sees in every step, and their positions among all such.
-    pub(crate) watched: Vec<(u32, u32)>,
-    /// How many nodes rank 0 sees in every step.
-    pub(crate) watched_count: usize,
 }
 
 /// Packages for all ranks, and which nodes each has.
@@ -71,14 +76,13 @@ pub(crate) fn packages(
 ) -> (Vec<Package>, Vec<Locals>) {
     let body = &member.body;
     let halos = layout.halos(|node| body.neighborhoods.row(node));
-    let (materials, material_of) = materials_of(&body.elastic);
     let locals: Vec<Locals> = (0..)
         .zip(halos)
         .map(|(rank, halo)| Locals::new(layout.range(rank), halo))
         .collect();
     let mut packages: Vec<Package> = locals
         .iter()
-        .map(|locals| package(layout, locals, member, (&materials, &material_of), watched))
+        .map(|locals| package(layout, locals, body, watched))
         .collect();
     for (rank, locals) in locals.iter().enumerate() {
         let all = &locals.ghosts[..];
@@ -99,90 +103,94 @@ pub(crate) fn packages(
     (packages, locals)
 }
 
-fn package(
-    layout: &Layout,
-    locals: &Locals,
-    member: &Member,
-    (materials, material_of): (&[Material], &[u32]),
-    watched: &[u32],
-) -> Package {
-    let body = &member.body;
-    let range = locals.own.clone();
-    let padding = locals.padding();
-    let view = elastic_stencils(&body.stencils, &body.neighborhoods);
-    let corrected = !view.multipliers.is_empty();
-    let pad = |value: f64| vec![value; padding];
-    let spot = body.rest.get(range.start).copied().unwrap_or(DVec3::ZERO);
-    let state = body.elastic.state();
-    let mut package = Package {
-        start: range.start,
+fn package(layout: &Layout, locals: &Locals, body: &Body, watched: &[u32]) -> Package {
+    // Padding lies anywhere.
+    let spot = body.rest.get(locals.own.start).copied();
+    Package {
+        start: locals.own.start,
         chunks: layout.chunks(),
         first: locals.first(),
-        count: range.len(),
-        rest: vec![spot; padding],
-        volumes: pad(1.0),
-        masses: pad(1.0),
-        offsets: vec![0; padding + 1],
-        indices: Vec::new(),
-        weights: Vec::new(),
-        matrices: vec![DMat3::ZERO; padding],
-        scales: if corrected { pad(0.0) } else { Vec::new() },
-        multipliers: if corrected {
-            vec![DVec3::ZERO; padding]
-        } else {
-            Vec::new()
-        },
-        materials: materials.to_vec(),
-        material_of: vec![0; padding],
-        settings: *body.elastic.settings(),
-        frame: body.elastic.frame(),
-        held: Vec::new(),
-        motion: *body.motion.settings(),
-        supports: body.motion.supports().part(range.clone()),
-        control_scales: of_rank(state.control, locals, |_| true),
-        fronts: of_rank(state.fronts, locals, |_| true),
-        weak: Vec::new(),
-        offsets_of_gradients: of_rank(state.offsets, locals, |_| true),
-        carries: carries(member),
+        count: locals.own.len(),
+        rest: locals.pick(&body.rest, spot.unwrap_or(DVec3::ZERO)),
+        carries: body.elastic.decays(),
         sends: Vec::new(),
         receives: Vec::new(),
         watched: locals.watched(watched),
         watched_count: watched.len(),
-    };
-    for node in locals.nodes() {
-        let at = node as usize;
-        let whole = !locals.is_cut_off(node);
-        package.rest.push(body.rest[at]);
-        package.volumes.push(body.elastic.volumes()[at]);
-        package.masses.push(body.masses[at]);
-        package.material_of.push(material_of[at]);
-        for (other, pair) in row(member, locals, node) {
-            package.indices.push(other);
-            package.weights.push(view.weights[pair]);
-        }
-        package.offsets.push(number(package.indices.len()));
-        package.matrices.push(if whole {
-            view.matrices[at]
-        } else {
-            DMat3::ZERO
-        });
-        if corrected {
-            package
-                .scales
-                .push(if whole { view.scales[at] } else { 0.0 });
-            package.multipliers.push(view.multipliers[at]);
-        }
     }
-    let supports = body.motion.supports().entries().iter();
-    let fixed = supports.filter(|s| s.free == DMat3::ZERO && s.path.is_none());
-    package.held = fixed.filter_map(|s| locals.local_of(s.node)).collect();
-    package.weak = weak_nodes(member, locals, |_| true);
-    package
 }
 
-impl Package {
+/// Models of a body's ranks.
+pub(crate) struct Models<'a> {
+    member: &'a Member,
+    /// Materials of the body, each once, and which of them a node has.
+    materials: Vec<Material>,
+    material_of: Vec<u32>,
+}
+
+impl<'a> Models<'a> {
+    pub(crate) fn new(member: &'a Member) -> Self {
+        let elastic = &member.body.elastic;
+        let mut materials: Vec<Material> = Vec::new();
+        let material_of = (0..elastic.node_count()).map(|node| {
+            let material = elastic.material(node);
+            let found = materials.iter().position(|known| known == material);
+            number(found.unwrap_or_else(|| {
+                materials.push(*material);
+                materials.len() - 1
+            }))
+        });
+        Self {
+            member,
+            material_of: material_of.collect(),
+            materials,
+        }
+    }
+
+    /// The model of a rank's nodes.
+    pub(crate) fn of(&self, locals: &Locals) -> Model {
+        let member = self.member;
+        let body = &member.body;
+        let view = elastic_stencils(&body.stencils, &body.neighborhoods);
+        let state = body.elastic.state();
+        let (mut offsets, mut indices, mut weights) = (Vec::new(), Vec::new(), Vec::new());
+        offsets.resize(locals.padding() + 1, 0);
+        for node in locals.nodes() {
+            for (other, pair) in row(member, locals, node) {
+                indices.push(other);
+                weights.push(view.weights[pair]);
+            }
+            offsets.push(number(indices.len()));
+        }
+        let supports = body.motion.supports();
+        let held = supports.fixed_nodes().into_iter();
+        Model {
+            volumes: locals.pick(body.elastic.volumes(), 1.0),
+            masses: locals.pick(&body.masses, 1.0),
+            offsets,
+            indices,
+            weights,
+            matrices: locals.pick_whole(view.matrices, DMat3::ZERO),
+            scales: locals.pick_whole(view.scales, 0.0),
+            multipliers: locals.pick(view.multipliers, DVec3::ZERO),
+            materials: self.materials.clone(),
+            material_of: locals.pick(&self.material_of, 0),
+            settings: *body.elastic.settings(),
+            frame: body.elastic.frame(),
+            held: held.filter_map(|node| locals.local_of(node)).collect(),
+            motion: *body.motion.settings(),
+            supports: supports.part(locals.own.clone()),
+            control_scales: of_rank(state.control, locals, |_| true),
+            fronts: of_rank(state.fronts, locals, |_| true),
+            weak: weak_nodes(member, locals, |_| true),
+            offsets_of_gradients: of_rank(state.offsets, locals, |_| true),
+        }
+    }
+}
+
+impl Model {
     /// The model of the rank's nodes.
-    pub(crate) fn elastic(&self) -> Result<Elastic, BodyProblem> {
+    pub(crate) fn elastic(&self, package: &Package) -> Result<Elastic, BodyProblem> {
         let mut elastic = Elastic::in_frame(
             &self.frame,
             &Stencils {
@@ -193,7 +201,7 @@ impl Package {
                 scales: &self.scales,
                 multipliers: &self.multipliers,
             },
-            &Nodes::new(&self.rest, &self.volumes),
+            &Nodes::new(&package.rest, &self.volumes),
             &Materials::PerNode {
                 list: &self.materials,
                 of_node: &self.material_of,
@@ -201,7 +209,7 @@ impl Package {
             &self.settings,
         )?;
         elastic.set_held(&self.held);
-        weaken(&mut elastic, &self.rest, &self.weak);
+        weaken(&mut elastic, &package.rest, &self.weak);
         elastic.set_state(&phyxel_elastic::State {
             offsets: self.offsets_of_gradients.clone(),
             control: self.control_scales.clone(),
@@ -213,10 +221,10 @@ impl Package {
     }
 
     /// The motion of the rank's own nodes.
-    pub(crate) fn motion(&self) -> Result<Motion, BodyProblem> {
-        let own = self.first..self.first + self.count;
+    pub(crate) fn motion(&self, package: &Package) -> Result<Motion, BodyProblem> {
+        let own = package.first..package.first + package.count;
         Ok(Motion::new(
-            &self.rest[own.clone()],
+            &package.rest[own.clone()],
             &self.masses[own],
             self.supports.clone(),
             self.motion,
@@ -224,44 +232,8 @@ impl Package {
     }
 }
 
-/// Materials of a body, each once, and which of them a node has.
-fn materials_of(elastic: &Elastic) -> (Vec<Material>, Vec<u32>) {
-    let mut list: Vec<Material> = Vec::new();
-    let of_node = (0..elastic.node_count()).map(|node| {
-        let material = elastic.material(node);
-        let found = list.iter().position(|known| known == material);
-        number(found.unwrap_or_else(|| {
-            list.push(*material);
-            list.len() - 1
-        }))
-    });
-    let of_node = of_node.collect();
-    if list.is_empty() {
-        list.extend((elastic.node_count() > 0).then(|| *elastic.material(0)));
-    }
-    (list, of_node)
-}
-
 impl Package {
-    /// Drops what only the building of models needs.
-    pub(crate) fn forget_rows(&mut self) {
-        self.offsets = Vec::new();
-        self.indices = Vec::new();
-        self.weights = Vec::new();
-        self.matrices = Vec::new();
-        self.scales = Vec::new();
-        self.multipliers = Vec::new();
-        self.volumes = Vec::new();
-        self.masses = Vec::new();
-        self.material_of = Vec::new();
-        self.held = Vec::new();
-        self.control_scales = Vec::new();
-        self.fronts = Vec::new();
-        self.weak = Vec::new();
-        self.offsets_of_gradients = Vec::new();
-    }
-
-    /// Heap bytes of what is left then.
+    /// Heap bytes.
     pub(crate) fn bytes(&self) -> usize {
         let sends: usize = self
             .sends

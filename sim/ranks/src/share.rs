@@ -8,7 +8,7 @@ use phyxel::BodyProblem;
 use phyxel_elastic::{Elastic, WATCHED_NODES};
 use phyxel_integrate::{Motion, Pass, PassSums, State};
 
-use crate::package::{Change, Package};
+use crate::package::{Change, Model, Package};
 use crate::wire::{Wire, flat, vectors};
 
 /// A rank's nodes: their motion, and the model with what lies around them.
@@ -40,9 +40,8 @@ pub(crate) fn told(count: usize) -> usize {
 }
 
 impl Share {
-    pub(crate) fn new(mut package: Package) -> Result<Self, BodyProblem> {
-        let (motion, elastic) = (package.motion()?, package.elastic()?);
-        package.forget_rows();
+    pub(crate) fn new(package: Package, model: &Model) -> Result<Self, BodyProblem> {
+        let (motion, elastic) = (model.motion(&package)?, model.elastic(&package)?);
         let n = package.rest.len();
         let own = package.first..package.first + package.count;
         Ok(Self {
@@ -210,9 +209,12 @@ impl Share {
         told
     }
 
-    /// No forces from outside.
-    pub(crate) fn clear_applied(&mut self) {
+    /// A whole step in which nothing acts from outside; what [`Share::end`] reports.
+    pub(crate) fn step(&mut self, pass: &Pass, wire: &mut Wire) -> Vec<f64> {
         self.applied.clear();
+        self.begin(pass);
+        self.evaluate(wire);
+        self.end(pass)
     }
 
     /// Some vectors of watched own nodes, one list after the other.

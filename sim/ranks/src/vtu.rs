@@ -1,14 +1,14 @@
 //! Nodes as ParaView reads them: a file per rank, and one that names them all.
 
-use std::fmt::Write;
+use std::fmt::{Display, Write};
 use std::fs;
 use std::io;
 use std::path::Path;
 
-use glam::DVec3;
 use phyxel_elastic::von_mises_stress;
 
 use crate::share::Share;
+use crate::wire::flat;
 
 /// Fields of the nodes, with their numbers of components.
 const FIELDS: [(&str, usize); 3] = [
@@ -21,42 +21,33 @@ fn piece(rank: usize) -> String {
     format!("nodes-{rank:04}.vtu")
 }
 
-fn array(text: &mut String, name: &str, components: usize, values: impl Iterator<Item = f64>) {
-    let _ = writeln!(
-        text,
-        "<DataArray type=\"Float64\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"ascii\">"
-    );
-    for value in values {
-        let _ = write!(text, "{value:e} ");
-    }
-    text.push_str("\n</DataArray>\n");
-}
-
-fn integers(text: &mut String, kind: &str, name: &str, values: impl Iterator<Item = usize>) {
-    let _ = writeln!(
-        text,
-        "<DataArray type=\"{kind}\" Name=\"{name}\" format=\"ascii\">"
-    );
+fn array(text: &mut String, attributes: &str, values: impl Iterator<Item = impl Display>) {
+    let _ = writeln!(text, "<DataArray {attributes} format=\"ascii\">");
     for value in values {
         let _ = write!(text, "{value} ");
     }
     text.push_str("\n</DataArray>\n");
 }
 
+fn numbers(text: &mut String, name: &str, components: usize, values: &[f64]) {
+    let attributes =
+        format!("type=\"Float64\" Name=\"{name}\" NumberOfComponents=\"{components}\"");
+    array(
+        text,
+        &attributes,
+        values.iter().map(|value| format!("{value:e}")),
+    );
+}
+
 /// Writes a rank's own nodes, each a vertex, with rest position, velocity and von Mises stress.
 pub(crate) fn write_piece(share: &Share, folder: &Path, rank: usize) -> io::Result<()> {
     let (own, motion) = (share.own(), &share.motion);
     let n = own.len();
-    let numbers =
-        |list: &'_ [DVec3]| -> Vec<f64> { list.iter().flat_map(|v| v.to_array()).collect() };
     let stress = own
         .clone()
         .map(|node| von_mises_stress(share.elastic.cauchy_stress(node)));
-    let fields: [Vec<f64>; 3] = [
-        numbers(&share.package.rest[own.clone()]),
-        numbers(motion.velocities()),
-        stress.collect(),
-    ];
+    let stress: Vec<f64> = stress.collect();
+    let (rest, positions) = (&share.package.rest[own], share.smoothed_positions());
     let mut text = String::from(
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" \
          byte_order=\"LittleEndian\">\n<UnstructuredGrid>\n",
@@ -65,20 +56,17 @@ pub(crate) fn write_piece(share: &Share, folder: &Path, rank: usize) -> io::Resu
         text,
         "<Piece NumberOfPoints=\"{n}\" NumberOfCells=\"{n}\">\n<PointData>"
     );
+    let fields = [flat(rest), flat(motion.velocities()), &stress[..]];
     for ((name, components), values) in FIELDS.into_iter().zip(fields) {
-        array(&mut text, name, components, values.into_iter());
+        numbers(&mut text, name, components, values);
     }
     text.push_str("</PointData>\n<Points>\n");
-    array(
-        &mut text,
-        "position_m",
-        3,
-        numbers(&share.smoothed_positions()).into_iter(),
-    );
+    numbers(&mut text, "position_m", 3, flat(&positions));
     text.push_str("</Points>\n<Cells>\n");
-    integers(&mut text, "Int64", "connectivity", 0..n);
-    integers(&mut text, "Int64", "offsets", 1..=n);
-    integers(&mut text, "UInt8", "types", std::iter::repeat_n(1, n));
+    let ones = std::iter::repeat_n(1, n);
+    array(&mut text, "type=\"Int64\" Name=\"connectivity\"", 0..n);
+    array(&mut text, "type=\"Int64\" Name=\"offsets\"", 1..=n);
+    array(&mut text, "type=\"UInt8\" Name=\"types\"", ones);
     text.push_str("</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n");
     fs::write(folder.join(piece(rank)), text)
 }

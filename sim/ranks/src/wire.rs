@@ -9,6 +9,7 @@ use mpi::datatype::PartitionMut;
 use mpi::point_to_point::{Destination, Source};
 use mpi::request::multiple_scope;
 use mpi::topology::{Communicator, Rank, SimpleCommunicator};
+use serde::{Serialize, de::DeserializeOwned};
 
 use crate::package::Package;
 
@@ -38,6 +39,19 @@ pub(crate) fn flat(vectors: &[DVec3]) -> &[f64] {
 /// Numbers as vectors.
 pub(crate) fn vectors(numbers: &[f64]) -> &[DVec3] {
     cast_slice(numbers)
+}
+
+/// A value as numbers, for messages whose length all know.
+pub(crate) fn packed<const N: usize>(value: &impl Serialize) -> [f64; N] {
+    let mut numbers = [0.0; N];
+    let bytes = cast_slice_mut(&mut numbers);
+    postcard::to_slice(value, bytes).expect("as many numbers as it takes");
+    numbers
+}
+
+/// What [`packed`] made numbers.
+pub(crate) fn unpacked<T: DeserializeOwned>(numbers: &[f64]) -> postcard::Result<T> {
+    postcard::from_bytes(cast_slice(numbers))
 }
 
 fn world() -> SimpleCommunicator {
@@ -113,6 +127,12 @@ pub(crate) fn gather(mine: &[f64], counts: &[usize]) -> Vec<f64> {
     let mut parts = PartitionMut::new(&mut all[..], counts, starts);
     root.gather_varcount_into_root(mine, &mut parts);
     all
+}
+
+/// Whether all ranks could do what they were asked, as the front sees it.
+pub(crate) fn all_fine(mine: bool) -> bool {
+    let said = gather(&[f64::from(u8::from(mine))], &vec![1; ranks()]);
+    said.iter().all(|fine| *fine > 0.0)
 }
 
 /// The sum of all ranks' numbers, `counts` of each, in the order of the ranks: the same everywhere.

@@ -1,17 +1,19 @@
 //! What ranks other than the front do: the commands they receive.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use phyxel::BodyProblem;
 use phyxel_integrate::State;
+use serde::{Deserialize, Serialize};
 
-use crate::command::{Command, LENGTH};
-use crate::memory::Memory;
-use crate::package::{Change, Package};
+use crate::command::Command;
+use crate::memory::{Memory, moving};
+use crate::package::{Change, Model, Package};
 use crate::share::Share;
+use crate::vtu::write_piece;
 use crate::wire::{
-    FRONT, Wire, await_front, broadcast, gather, rank, receive, receive_vectors, received_vectors,
-    send_vectors,
+    FRONT, Wire, all_fine, await_front, broadcast, gather, packed, rank, receive, receive_vectors,
+    received_vectors, send_vectors,
 };
 
 /// Why a rank cannot continue.
@@ -26,7 +28,7 @@ pub(crate) enum WorkerError {
 }
 
 /// What a rank counted.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub(crate) struct Counted {
     /// Own nodes, nodes of others, heap bytes of the share.
     pub(crate) own: f64,
@@ -43,6 +45,7 @@ pub(crate) struct Counted {
 }
 
 impl Counted {
+    /// Numbers of it.
     pub(crate) const LENGTH: usize = 9;
 
     pub(crate) fn of(share: Option<&Share>, memory: &Memory, wire: &Wire) -> Self {
@@ -58,32 +61,6 @@ impl Counted {
             in_estimates: share.map_or(0.0, |share| share.in_estimates.as_secs_f64()),
         }
     }
-
-    fn numbers(&mut self) -> [&mut f64; Self::LENGTH] {
-        [
-            &mut self.own,
-            &mut self.ghosts,
-            &mut self.heap,
-            &mut self.exchanges,
-            &mut self.messages,
-            &mut self.bytes,
-            &mut self.in_forces,
-            &mut self.in_exchange,
-            &mut self.in_estimates,
-        ]
-    }
-
-    pub(crate) fn encode(mut self) -> [f64; Self::LENGTH] {
-        self.numbers().map(|number| *number)
-    }
-
-    pub(crate) fn decode(numbers: [f64; Self::LENGTH]) -> Self {
-        let mut found = Self::default();
-        for (to, from) in found.numbers().into_iter().zip(numbers) {
-            *to = from;
-        }
-        found
-    }
 }
 
 /// Does what the front commands until it ends.
@@ -93,20 +70,19 @@ pub(crate) fn serve() -> Result<(), WorkerError> {
     let mut memory = Memory::default();
     await_front();
     loop {
-        let mut numbers = [0.0; LENGTH];
-        broadcast(&mut numbers);
-        let command = Command::decode(numbers);
+        let command = Command::take();
         match command {
             Command::Model => {
                 drop(share.take());
-                let package: Package = postcard::from_bytes(&receive(FRONT))?;
-                let built = Share::new(package);
-                gather(&[f64::from(u8::from(built.is_ok()))], &[]);
+                let (package, model): (Package, Model) = postcard::from_bytes(&receive(FRONT))?;
+                let built = Share::new(package, &model);
+                all_fine(built.is_ok());
                 share = Some(built?);
                 continue;
             }
             Command::End => {
-                gather(&Counted::of(share.as_ref(), &memory, &wire).encode(), &[]);
+                let counted = Counted::of(share.as_ref(), &memory, &wire);
+                gather(&packed::<{ Counted::LENGTH }>(&counted), &[]);
                 return Ok(());
             }
             _ => {}
@@ -145,17 +121,14 @@ fn obey(
         Command::Change(rows) => {
             let change: Change = postcard::from_bytes(&receive(FRONT))?;
             let changed = share.change(change);
-            gather(&[f64::from(u8::from(changed.is_ok()))], &[]);
+            all_fine(changed.is_ok());
             changed?;
             if rows {
                 share.evaluate_again(wire)?;
             }
         }
         Command::Step(pass) => {
-            share.clear_applied();
-            share.begin(&pass);
-            share.evaluate(wire);
-            gather(&share.end(&pass), &[]);
+            gather(&share.step(&pass, wire), &[]);
         }
         Command::Watched(pass) => {
             let mut watched = vec![0.0; 3 * share.package.watched_count];
@@ -182,14 +155,7 @@ fn obey(
         }
         Command::Fetch => {
             hear_velocities(share);
-            let state = share.motion.state();
-            let lists = [
-                &state.positions,
-                &state.velocities,
-                &state.forces,
-                &state.viscous,
-            ];
-            for list in lists {
+            for list in moving(share.motion.state()) {
                 send_vectors(FRONT, list);
             }
         }
@@ -230,16 +196,11 @@ fn obey(
             let name = receive(FRONT);
             let folder = PathBuf::from(String::from_utf8_lossy(&name).into_owned());
             share.evaluate_if_due(wire);
-            if let Err(error) = write_nodes(share, &folder) {
+            if let Err(error) = write_piece(share, &folder, rank()) {
                 eprintln!("rank {}: {}: {error}", rank(), folder.display());
             }
             gather(&[0.0], &[]);
         }
     }
     Ok(())
-}
-
-/// Writes a rank's nodes.
-pub(crate) fn write_nodes(share: &Share, folder: &Path) -> std::io::Result<()> {
-    crate::vtu::write_piece(share, folder, rank())
 }

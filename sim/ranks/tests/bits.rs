@@ -10,23 +10,22 @@ use phyxel_cli::output::read_checkpoint;
 use phyxel_cli::run::{CHECKPOINT, RunOptions, RunState, run};
 use phyxel_scene::Override;
 
-fn mpirun(ranks: usize) -> Command {
+fn mpirun(ranks: usize, arguments: &[&str], changes: &[&str], out: &Path) -> Command {
     let mut command = Command::new("mpirun");
     command
         .env("OMPI_ALLOW_RUN_AS_ROOT", "1")
         .env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")
         .args(["--oversubscribe", "-n", &ranks.to_string()])
         .arg(env!("CARGO_BIN_EXE_phyxel-ranks"));
-    command
-}
-
-fn job(ranks: usize, arguments: &[&str], changes: &[&str], out: &Path) -> Output {
-    let mut command = mpirun(ranks);
     command.args(arguments).args(["--quiet", "--out"]).arg(out);
     for change in changes {
         command.args(["--set", change]);
     }
-    command.output().unwrap()
+    command
+}
+
+fn job(ranks: usize, arguments: &[&str], changes: &[&str], out: &Path) -> Output {
+    mpirun(ranks, arguments, changes, out).output().unwrap()
 }
 
 fn done(output: &Output) {
@@ -111,9 +110,7 @@ fn a_pressed_liver() {
         "tools[0].path[0].position=(-0.035, -0.07, 0)",
     ];
     let (_folder, whole) = compare("press", &changes, &[1, 3, 7]);
-    let forces = text(&whole, "tools.csv");
-    let last = forces.lines().last().unwrap().split(',').nth(14).unwrap();
-    assert!(last.parse::<f64>().unwrap() != 0.0, "the probe does work");
+    assert!(last(&whole, "tools.csv", 14) != 0.0, "the probe does work");
 }
 
 /// Two cuts, the second of which takes a piece off.
@@ -131,15 +128,7 @@ fn a_cut_liver() {
         "integration.duration=0.5",
     ];
     let (_folder, whole) = compare("liver", &changes, &[2, 3, 4, 7]);
-    let history = text(&whole, "history.csv");
-    let severed = history
-        .lines()
-        .last()
-        .unwrap()
-        .split(',')
-        .next_back()
-        .unwrap();
-    assert!(severed.parse::<u32>().unwrap() > 100, "the blades cut");
+    assert!(last(&whole, "history.csv", 13) > 100.0, "the blades cut");
 }
 
 /// The top of a block is shaken and its bottom turned while a blade cuts and a tool presses. What drives nodes, rank 0
@@ -167,15 +156,17 @@ fn a_driven_block() {
     cuts_and_works(&whole);
 }
 
+/// A number in the last row of a table.
+fn last(whole: &Path, file: &str, column: usize) -> f64 {
+    let table = text(whole, file);
+    let mut fields = table.lines().last().unwrap().split(',');
+    fields.nth(column).unwrap().parse().unwrap()
+}
+
 /// The blade severs and the tool does work.
 fn cuts_and_works(whole: &Path) {
-    let last = |file: &str, column: usize| -> f64 {
-        let table = text(whole, file);
-        let mut fields = table.lines().last().unwrap().split(',');
-        fields.nth(column).unwrap().parse().unwrap()
-    };
-    assert!(last("history.csv", 13) > 30.0, "the blade cuts");
-    assert!(last("tools.csv", 14) != 0.0, "the tool does work");
+    assert!(last(whole, "history.csv", 13) > 30.0, "the blade cuts");
+    assert!(last(whole, "tools.csv", 14) != 0.0, "the tool does work");
 }
 
 /// A cut where a tool touches: what the tool may touch changes with it.
@@ -211,11 +202,7 @@ fn a_killed_job_is_gone_on_with() {
     ];
     let (folder, whole) = compare("block", &changes, &[2]);
     let out = folder.path().join("killed");
-    let mut command = mpirun(3);
-    command.args(["block", "--quiet", "--out"]).arg(&out);
-    for change in changes {
-        command.args(["--set", change]);
-    }
+    let mut command = mpirun(3, &["block"], &changes, &out);
     let mut running = command.stderr(Stdio::piped()).spawn().unwrap();
     let until = Instant::now() + Duration::from_secs(120);
     while !out.join(CHECKPOINT).exists() {

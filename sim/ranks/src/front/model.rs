@@ -7,14 +7,17 @@ use phyxel::{BodyProblem, BodyShares, Member};
 use phyxel_elastic::StiffNode;
 use phyxel_integrate::{Eigenvalue, EigenvalueError, EigenvalueSettings, Motion, State};
 
-use super::{Front, command};
+use super::Front;
 use crate::command::Command;
 use crate::estimate::{GRADIENT, STIFF, stiffest_of, whole};
 use crate::layout::Layout;
-use crate::package::{Change, packages};
+use crate::memory::moving_mut;
+use crate::package::{Change, Models, packages};
 use crate::share::Share;
 use crate::traffic::{CHANGES, MODELS, STATES};
-use crate::wire::{FRONT, broadcast, gather, ranks, received_vectors, send, send_vectors, vectors};
+use crate::wire::{
+    FRONT, all_fine, broadcast, gather, ranks, received_vectors, send, send_vectors, vectors,
+};
 
 impl BodyShares for Front {
     fn set_model(&mut self, member: &Member, watched: &[u32]) -> Result<(), BodyProblem> {
@@ -22,13 +25,15 @@ impl BodyShares for Front {
         let layout = Layout::new(member.body.rest.len(), ranks());
         let mut mine = None;
         self.wake();
-        command(Command::Model);
+        Command::Model.give();
         let (packages, locals) = packages(&layout, member, watched);
-        for (rank, package) in packages.into_iter().enumerate() {
+        let models = Models::new(member);
+        for (rank, (package, locals)) in packages.into_iter().zip(&locals).enumerate() {
+            let model = models.of(locals);
             if rank == FRONT {
-                mine = Some(package);
+                mine = Some(Share::new(package, &model));
             } else {
-                let bytes = encoded(&package)?;
+                let bytes = encoded(&(package, model))?;
                 send(rank, &bytes);
                 self.traffic[MODELS].bytes += bytes.len();
             }
@@ -37,11 +42,11 @@ impl BodyShares for Front {
         self.locals = locals;
         self.frame = Some(member.body.elastic.frame());
         self.layout = Some(layout);
-        let built = mine.map(Share::new).transpose();
-        let fine = gather(&[f64::from(u8::from(built.is_ok()))], &vec![1; ranks()]);
+        let built = mine.transpose();
+        let fine = all_fine(built.is_ok());
         self.mine = built?;
         self.traffic[MODELS].add(begun);
-        all_fine(&fine)
+        fine_rows(fine)
     }
 
     fn change_model(
@@ -58,7 +63,7 @@ impl BodyShares for Front {
             return self.set_state(&member.body.motion);
         }
         let begun = Instant::now();
-        command(Command::Change(!changed.is_empty()));
+        Command::Change(!changed.is_empty()).give();
         let others = (watched != self.watched).then_some(watched);
         let mut made = Ok(());
         for (rank, locals) in self.locals.iter().enumerate() {
@@ -73,9 +78,9 @@ impl BodyShares for Front {
             }
         }
         self.watch(&layout, watched);
-        let fine = gather(&[f64::from(u8::from(made.is_ok()))], &vec![1; ranks()]);
+        let fine = all_fine(made.is_ok());
         made?;
-        all_fine(&fine)?;
+        fine_rows(fine)?;
         self.traffic[CHANGES].add(begun);
         if !changed.is_empty() {
             let (mine, wire) = self.mine();
@@ -89,7 +94,7 @@ impl BodyShares for Front {
             return Ok(());
         };
         let begun = Instant::now();
-        command(Command::State);
+        Command::State.give();
         for rank in 0..layout.ranks() {
             let range = layout.range(rank);
             let part = |list: &Vec<DVec3>| list.get(range.clone()).unwrap_or_default().to_vec();
@@ -130,7 +135,7 @@ impl BodyShares for Front {
     }
 
     fn decay(&mut self, factor: f64) -> f64 {
-        command(Command::Decay(factor));
+        Command::Decay(factor).give();
         let (mine, _) = self.mine();
         let works = mine.decay(factor);
         let mine = works.each_ref().map(|works| works.len() as f64);
@@ -160,7 +165,7 @@ impl BodyShares for Front {
     }
 
     fn estimate(&mut self, settings: &EigenvalueSettings) -> Result<Eigenvalue, EigenvalueError> {
-        command(Command::Estimate(*settings));
+        Command::Estimate(*settings).give();
         let mut vector = std::mem::take(&mut self.memory.vector);
         let (mine, wire) = self.mine();
         let found = mine.estimate(wire, settings, &mut vector);
@@ -180,7 +185,7 @@ impl BodyShares for Front {
         let Some(layout) = &self.layout else {
             return;
         };
-        command(Command::SetVector);
+        Command::SetVector.give();
         for rank in 0..layout.ranks() {
             let part = vector.get(layout.range(rank)).unwrap_or_default();
             if rank == FRONT {
@@ -192,7 +197,7 @@ impl BodyShares for Front {
     }
 
     fn vector(&mut self) -> Vec<DVec3> {
-        command(Command::Vector);
+        Command::Vector.give();
         let mut vector = self.memory.vector.clone();
         for rank in FRONT + 1..ranks() {
             vector.extend(received_vectors(rank));
@@ -201,7 +206,7 @@ impl BodyShares for Front {
     }
 
     fn stiffest_nodes(&mut self, count: usize, runs: Option<&[usize]>) -> Vec<StiffNode> {
-        command(Command::Stiffest(count, runs.map(<[usize]>::len)));
+        Command::Stiffest(count, runs.map(<[usize]>::len)).give();
         let mut list: Vec<f64> = (runs.unwrap_or_default().iter())
             .map(|run| *run as f64)
             .collect();
@@ -213,7 +218,7 @@ impl BodyShares for Front {
     }
 
     fn read(&mut self, gradients: &[u32], positions: &[u32]) -> (Vec<DMat3>, Vec<DVec3>) {
-        command(Command::Read(gradients.len(), positions.len()));
+        Command::Read(gradients.len(), positions.len()).give();
         let nodes = gradients.iter().chain(positions);
         let mut nodes: Vec<f64> = nodes.map(|node| f64::from(*node)).collect();
         broadcast(&mut nodes);
@@ -242,7 +247,7 @@ impl BodyShares for Front {
     }
 
     fn keep(&mut self, velocities: &[DVec3]) {
-        command(Command::Keep);
+        Command::Keep.give();
         self.tell_velocities(velocities);
         if let Some(mine) = &self.mine {
             self.memory.keep(mine.motion.state());
@@ -250,20 +255,11 @@ impl BodyShares for Front {
     }
 
     fn kept(&mut self, state: &mut State, vector: &mut Vec<DVec3>) {
-        command(Command::Kept);
-        let lists = [
-            &mut state.positions,
-            &mut state.velocities,
-            &mut state.forces,
-            &mut state.viscous,
-            vector,
-        ];
-        let mut lists = lists.map(|list| {
-            list.clear();
-            list
-        });
+        Command::Kept.give();
+        let mut lists: Vec<&mut Vec<DVec3>> = moving_mut(state).into_iter().collect();
+        lists.push(vector);
         for (list, mine) in lists.iter_mut().zip(self.memory.kept()) {
-            list.extend_from_slice(mine);
+            list.clone_from(mine);
         }
         for rank in FRONT + 1..ranks() {
             for list in &mut lists {
@@ -273,12 +269,9 @@ impl BodyShares for Front {
     }
 }
 
-/// Whether all ranks have said that they could do what they were asked.
-fn all_fine(said: &[f64]) -> Result<(), BodyProblem> {
-    match said.iter().all(|fine| *fine > 0.0) {
-        true => Ok(()),
-        false => Err(BodyProblem::Damaged("rows of a rank")),
-    }
+fn fine_rows(fine: bool) -> Result<(), BodyProblem> {
+    let damaged = BodyProblem::Damaged("rows of a rank");
+    if fine { Ok(()) } else { Err(damaged) }
 }
 
 fn encoded<T: serde::Serialize>(value: &T) -> Result<Vec<u8>, BodyProblem> {

@@ -5,25 +5,23 @@ use std::time::Instant;
 use glam::DVec3;
 use phyxel_integrate::{Pass, PassSums, Shares, State};
 
-use super::{Front, command};
+use super::Front;
 use crate::command::Command;
+use crate::memory::{moving, moving_mut};
 use crate::traffic::FETCHED;
 use crate::wire::{FRONT, broadcast, receive_vectors, send_vectors};
 
 impl Shares for Front {
     fn begin(&mut self, pass: &Pass, state: &mut State) {
         if self.watched.is_empty() {
-            command(Command::Step(*pass));
+            Command::Step(*pass).give();
             let (mine, wire) = self.mine();
-            mine.clear_applied();
-            mine.begin(pass);
-            mine.evaluate(wire);
-            let told = mine.end(pass);
+            let told = mine.step(pass, wire);
             let all = self.gather_told(&told, 0);
             self.hear(&all, 0);
             return;
         }
-        command(Command::Watched(*pass));
+        Command::Watched(*pass).give();
         let mut velocities = self.picked(&state.velocities);
         broadcast(&mut velocities);
         let (mine, _) = self.mine();
@@ -80,7 +78,7 @@ impl Shares for Front {
             return;
         };
         let begun = Instant::now();
-        command(Command::Fetch);
+        Command::Fetch.give();
         self.tell_velocities(&state.velocities);
         let (mine, _) = self.mine();
         let own = mine.motion.state().clone();
@@ -88,13 +86,8 @@ impl Shares for Front {
         let viscous = state.viscous.len() == n && n > 0;
         for rank in 0..layout.ranks() {
             let range = layout.range(rank);
-            let lists = [
-                (&mut state.positions, &own.positions),
-                (&mut state.velocities, &own.velocities),
-                (&mut state.forces, &own.forces),
-                (&mut state.viscous, &own.viscous),
-            ];
-            for (k, (to, from)) in lists.into_iter().enumerate() {
+            let lists = moving_mut(state).into_iter().zip(moving(&own));
+            for (k, (to, from)) in lists.enumerate() {
                 let none = k == 3 && !viscous;
                 let to = &mut to[if none { 0..0 } else { range.clone() }];
                 if rank == FRONT {
@@ -112,7 +105,7 @@ impl Shares for Front {
         let Some(layout) = self.layout.clone() else {
             return;
         };
-        command(Command::Store);
+        Command::Store.give();
         for rank in 0..layout.ranks() {
             let range = layout.range(rank);
             let velocities = &state.velocities[range.clone()];

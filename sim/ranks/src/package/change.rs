@@ -7,17 +7,16 @@ use serde::{Deserialize, Serialize};
 
 use super::Package;
 use super::locals::{Locals, of_rank, row};
-use super::weak::{Weak, carries, weak_nodes, weaken};
+use super::weak::{Weak, weak_nodes, weaken};
 
 /// What a cut changes in a rank's model.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct Change {
-    /// Local nodes whose rows it has rebuilt, ascending, and whether these are whole here.
+    /// Local nodes whose rows it has rebuilt, ascending.
     nodes: Vec<u32>,
-    whole: Vec<bool>,
-    /// Weights of all those rows, which have no more digits.
+    /// Weights of those rows, which have no more digits.
     weights: Vec<f32>,
-    /// Matrices and scales of whole ones.
+    /// Matrices and scales, zero for rows that are not whole here.
     matrices: Vec<DMat3>,
     scales: Vec<f64>,
     /// Multipliers of nodes in those rows.
@@ -46,7 +45,6 @@ impl Change {
         let state = member.body.elastic.state();
         let mut change = Self {
             nodes: Vec::new(),
-            whole: Vec::new(),
             weights: Vec::new(),
             matrices: Vec::new(),
             scales: Vec::new(),
@@ -55,7 +53,7 @@ impl Change {
             fronts: of_rank(state.fronts, locals, is_changed),
             weak: weak_nodes(member, locals, is_changed),
             offsets_of_gradients: of_rank(state.offsets, locals, is_changed),
-            carries: carries(member),
+            carries: member.body.elastic.decays(),
             watched: watched.map(|watched| (locals.watched(watched), watched.len())),
         };
         // Nodes in the rows, by their numbers in the body.
@@ -66,16 +64,22 @@ impl Change {
             };
             let (at, whole) = (node as usize, !locals.is_cut_off(node));
             change.nodes.push(local);
-            change.whole.push(whole);
             let weights = row(member, locals, node).map(|(_, pair)| view.weights[pair] as f32);
             change.weights.extend(weights);
             seen.push(node);
             if whole {
-                change.matrices.push(view.matrices[at]);
                 seen.extend_from_slice(member.body.neighborhoods.row(at));
-                if corrected {
-                    change.scales.push(view.scales[at]);
-                }
+            }
+            let matrix = if whole {
+                view.matrices[at]
+            } else {
+                DMat3::ZERO
+            };
+            change.matrices.push(matrix);
+            if corrected {
+                change
+                    .scales
+                    .push(if whole { view.scales[at] } else { 0.0 });
             }
         }
         if corrected {
@@ -104,23 +108,12 @@ impl Change {
         if self.nodes.is_empty() {
             return Ok(());
         }
-        let corrected = !self.multipliers.is_empty();
-        let (mut matrices, mut scales) = (self.matrices.into_iter(), self.scales.into_iter());
-        let (mut all_matrices, mut all_scales) = (Vec::new(), Vec::new());
-        for whole in self.whole {
-            let matrix = if whole { matrices.next() } else { None };
-            let scale = if whole { scales.next() } else { None };
-            all_matrices.push(matrix.unwrap_or(DMat3::ZERO));
-            if corrected {
-                all_scales.push(scale.unwrap_or(0.0));
-            }
-        }
         let weights: Vec<f64> = self.weights.into_iter().map(f64::from).collect();
         elastic.take_rows(&Rows {
             nodes: &self.nodes,
             weights: &weights,
-            matrices: &all_matrices,
-            scales: &all_scales,
+            matrices: &self.matrices,
+            scales: &self.scales,
             multipliers: &self.multipliers,
         })?;
         weaken(elastic, &package.rest, &self.weak);

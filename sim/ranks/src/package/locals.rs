@@ -48,6 +48,25 @@ impl Locals {
         below.chain(own).chain(above.iter().copied()).collect()
     }
 
+    /// Values of all, `padding` for what is none; none of a list without any.
+    pub(super) fn pick<T: Copy>(&self, list: &[T], padding: T) -> Vec<T> {
+        let nodes = self.nodes();
+        let values = nodes.iter().filter_map(|node| list.get(*node as usize));
+        let padding = vec![padding; if list.is_empty() { 0 } else { self.padding() }];
+        padding.into_iter().chain(values.copied()).collect()
+    }
+
+    /// The same, with `none` for what is cut off as well.
+    pub(super) fn pick_whole<T: Copy>(&self, list: &[T], none: T) -> Vec<T> {
+        let mut all = self.pick(list, none);
+        if !all.is_empty() {
+            for local in self.cut_off.iter().filter_map(|node| self.local_of(*node)) {
+                all[local as usize] = none;
+            }
+        }
+        all
+    }
+
     /// Local number of the ghost at a position among them.
     pub(super) fn ghost(&self, at: usize) -> usize {
         if at < self.below {

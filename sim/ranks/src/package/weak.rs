@@ -17,11 +17,6 @@ pub(super) struct Weak {
     offsets: Vec<f64>,
 }
 
-/// Whether the body has anything that decays.
-pub(super) fn carries(member: &Member) -> bool {
-    member.body.elastic.decays()
-}
-
 /// Weak ones of a rank's nodes, of some.
 pub(super) fn weak_nodes(
     member: &Member,
