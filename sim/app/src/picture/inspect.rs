@@ -174,7 +174,7 @@ mod tests {
     #[test]
     fn each_pair_is_a_line_once_and_severed_ones_are_none() {
         let nodes = [DVec3::ZERO, DVec3::X, 2.0 * DVec3::X];
-        let graph = Neighborhoods::from_lists(&[vec![1], vec![0, 2], vec![1]]).expect("a graph");
+        let graph = Neighborhoods::from_graph(vec![0, 1, 3, 4], vec![1, 0, 2, 1]).expect("a graph");
         let drawn = |weights: &[f64], only| {
             let meshes = drawn_pairs(&nodes, &graph, weights, 1.0, only);
             meshes.iter().map(|m| m.triangles.len()).collect::<Vec<_>>()

@@ -29,8 +29,6 @@ use phyxel_scene::read_file;
 use phyxel::scene::{self, Coloring, Pictures, Show, SurfelSettings};
 use phyxel::{CutPiece, Member, World, ask_memory};
 
-}
-
 /// Bytes of a sample of a pixel: colour, depth, normal, and what encoding takes.
 const SAMPLED_PIXEL: f64 = 32.0;
 
