@@ -25,7 +25,7 @@ const BESIDE: usize = 8;
 /// the surface is least, for a given number of disks that just cover it, where `r ∝ κ^(-1/3)`; the
 /// samples are chosen with that spacing, which grows by no more than half the distance from narrower
 /// positions, by dart throwing with a distance that shrinks until there are enough. Curvature is the
-/// Frobenius norm of [`shape_operators`]. The radii to go with them are [`crate::covering_radii`].
+/// Frobenius norm of the shape operator. The radii to go with them are [`crate::covering_radii`].
 ///
 /// # Arguments
 /// * `positions`, `normals`, `areas` -- samples (m), unit normals and areas (m²); several times as
