@@ -95,10 +95,14 @@ pub struct DeformableState {
     pub forces: Vec<DVec3>,
     /// Where nodes (m) were when pairs were listed; empty before.
     pub listed_at: Vec<DVec3>,
-    /// Where nodes (m) were when lists were last found to hold.
+    /// Where nodes (m) were when lists were last found to hold; empty since they were made.
     pub held_at: Vec<DVec3>,
     /// How far (m) they may move from there before that is asked again.
     pub held_for: f64,
+    /// Last bound (1/s²) of what contact adds to the largest eigenvalue, and whether it is that of the lists that there are.
+    pub bound: f64,
+    /// See `bound`.
+    pub is_bounded: bool,
 }
 
 impl DeformableState {
@@ -145,7 +149,7 @@ pub struct DeformableContact {
     state: DeformableState,
     /// Room (spacings) of the lists.
     margin: f64,
-    /// Samples where pairs were listed.
+    /// Samples that are near each other, as they were when pairs were listed.
     blocks: Blocks,
     /// All samples in lists, ascending; lists name their positions in it.
     near: Vec<u32>,
@@ -245,19 +249,21 @@ impl DeformableContact {
     pub fn fits(&self, state: &DeformableState, node_count: usize) -> bool {
         let n = self.disks.len();
         let slips = if self.rubs { n } else { 0 };
-        let sums = [
+        let numbers = [
             state.energy,
             state.dissipated,
             state.offset_work,
             state.work,
             state.held_for,
+            state.bound,
         ];
-        state.offsets.len() == n
+        state.bound >= 0.0
+            && state.offsets.len() == n
             && state.slips.len() == slips
             && ([&state.listed_at, &state.held_at, &state.forces].into_iter()).all(|list| {
                 [0, node_count].contains(&list.len()) && list.iter().all(|x| x.is_finite())
             })
-            && (state.slips.iter().flatten().chain(&sums)).all(|x| x.is_finite())
+            && (state.slips.iter().flatten().chain(&numbers)).all(|x| x.is_finite())
             && (state.offsets.iter()).all(|x| x.is_nan() || x.is_finite())
     }
 
@@ -299,6 +305,7 @@ impl DeformableContact {
         if !self.state.listed_at.is_empty() {
             self.list_pairs(Some(&is_changed));
             self.state.held_at.clear();
+            self.state.is_bounded = false;
             self.keep_energies(positions);
         }
     }
@@ -346,6 +353,18 @@ impl DeformableContact {
             + size_of_val(&*self.close)
             + size_of_val(&*self.close_at)
             + size_of_val(&*self.near)
+    }
+
+    /// [`DeformableState::bound`] computed anew if lists were made since; `None` if it is that of before.
+    ///
+    /// # Panics
+    /// As [`Self::largest_eigenvalue`].
+    pub fn new_bound(&mut self, masses: &[f64]) -> Option<f64> {
+        if std::mem::replace(&mut self.state.is_bounded, true) {
+            return None;
+        }
+        self.state.bound = self.largest_eigenvalue(masses);
+        Some(self.state.bound)
     }
 
     /// Estimate (1/s²) of what the contact adds to the largest eigenvalue of `M⁻¹K`: as if every point that is opposite

@@ -1,6 +1,6 @@
 //! How far nodes may move before two samples that no list has as a pair could meet.
 
-use super::disks::{ContactDisks, index};
+use super::disks::{ContactDisks, DiskSample, index};
 use glam::{DMat3, DVec3};
 use std::ops::Range;
 
@@ -20,7 +20,8 @@ struct Block {
     /// A sphere (m) around the samples.
     middle: DVec3,
     radius: f64,
-    /// Largest of the samples' thicknesses (m).
+    /// Largest of the samples' reaches and thicknesses (m).
+    reach: f64,
     thickness: f64,
     /// How much farther than its nodes a sample may move.
     amplification: f64,
@@ -43,35 +44,31 @@ pub(super) struct Blocks {
     /// Of one block after the other.
     samples: Vec<u32>,
     nodes: Vec<u32>,
-    /// Where samples (m) were when pairs were listed.
-    places: Vec<DVec3>,
 }
 
 impl Blocks {
-    /// Blocks of samples at `places` (m), on nodes at `positions` (m).
+    /// Blocks of samples at places (m) and with reaches (m), on nodes at `positions` (m). Those near at rest are together: however
+    /// a body crumples, there are as many.
     pub(super) fn new(
         disks: &ContactDisks,
-        places: Vec<DVec3>,
+        (places, reaches): (&[DVec3], &[f64]),
         positions: &[DVec3],
-        spacing: f64,
+        widest: f64,
     ) -> Self {
         let row = |sample: usize| &disks.nodes[disks.row(sample)];
         let mut of_node = vec![Vec::new(); positions.len()];
         // What touches nothing is in no block.
-        let is_inert =
-            |sample: usize| disks.samples[sample].area == 0.0 && disks.reach[sample] == 0.0;
-        let mut is_taken: Vec<bool> = (0..places.len()).map(is_inert).collect();
+        let is_inert = |sample: &DiskSample| sample.area == 0.0;
+        let samples = disks.samples.iter().take(places.len());
+        let mut is_taken: Vec<bool> = samples.map(is_inert).collect();
         for (sample, _) in is_taken.iter().enumerate().filter(|(_, taken)| !**taken) {
             for node in row(sample) {
                 of_node[*node as usize].push(index(sample));
             }
         }
-        let mut all = Self {
-            places,
-            ..Self::default()
-        };
+        let mut all = Self::default();
         let mut last = vec![usize::MAX; positions.len()];
-        for seed in 0..all.places.len() {
+        for seed in 0..places.len() {
             if std::mem::replace(&mut is_taken[seed], true) {
                 continue;
             }
@@ -87,8 +84,10 @@ impl Blocks {
                     all.nodes.push(*node);
                     for &other in &of_node[*node as usize] {
                         let at = other as usize;
-                        let apart = all.places[at].distance_squared(all.places[seed]);
-                        if !is_taken[at] && apart < (RADIUS * spacing).powi(2) {
+                        let [one, own] = [at, seed].map(|sample| &disks.samples[sample]);
+                        let apart = one.position.distance_squared(own.position);
+                        let is_near = apart < (RADIUS * widest).powi(2) && one.body == own.body;
+                        if is_near && !is_taken[at] {
                             is_taken[at] = true;
                             all.samples.push(other);
                         }
@@ -96,7 +95,12 @@ impl Blocks {
                 }
             }
             let nodes = first_node..all.nodes.len();
-            let block = all.block(first..all.samples.len(), nodes, disks, positions);
+            let block = all.block(
+                first..all.samples.len(),
+                nodes,
+                disks,
+                (places, reaches, positions),
+            );
             all.blocks.push(block);
         }
         all
@@ -107,11 +111,11 @@ impl Blocks {
         samples: Range<usize>,
         nodes: Range<usize>,
         disks: &ContactDisks,
-        positions: &[DVec3],
+        (places, reaches, positions): (&[DVec3], &[f64], &[DVec3]),
     ) -> Block {
         let all = || (self.samples[samples.clone()].iter()).map(|sample| *sample as usize);
         let most = |of: &dyn Fn(usize) -> f64| all().map(of).fold(0.0, f64::max);
-        let middle = all().map(|s| self.places[s]).sum::<DVec3>() / samples.len() as f64;
+        let middle = all().map(|s| places[s]).sum::<DVec3>() / samples.len() as f64;
         let at = || (self.nodes[nodes.clone()].iter()).map(|node| positions[*node as usize]);
         let mean = at().sum::<DVec3>() / nodes.len() as f64;
         let inertia = at().fold(DMat3::ZERO, |sum, x| {
@@ -128,7 +132,8 @@ impl Blocks {
         Block {
             body: disks.samples[self.samples[samples.start] as usize].body,
             middle,
-            radius: most(&|sample| self.places[sample].distance(middle)),
+            radius: most(&|sample| places[sample].distance(middle)),
+            reach: most(&|sample| reaches[sample]),
             thickness: most(&|sample| disks.thickness[sample].abs()),
             amplification: most(&|sample| disks.amplification(sample)),
             mean,
@@ -146,12 +151,12 @@ impl Blocks {
         &self,
         (disks, from): (&ContactDisks, &[DVec3]),
         positions: &[DVec3],
-        (margin, far, may_meet): (f64, impl Fn(f64) -> f64, impl Fn(u32, u32) -> bool),
+        (margin, far, may_meet): (f64, impl Fn(f64, f64) -> f64, impl Fn(u32, u32) -> bool),
     ) -> f64 {
         let motions: Vec<Motion> = (self.blocks.iter())
             .map(|block| self.motion(block, (disks, from), positions, margin))
             .collect();
-        let mut room = f64::INFINITY;
+        let mut room = f64::MAX;
         for (number, (block, own)) in self.blocks.iter().zip(&motions).enumerate() {
             for (other, its) in self.blocks.iter().zip(&motions).take(number + 1) {
                 if !may_meet(block.body, other.body) {
@@ -162,7 +167,10 @@ impl Blocks {
                 // Either may be the one that the other moves against.
                 let against = ((by - own.turn.cross(arm)).length() + turned * other.radius)
                     .min((by - its.turn.cross(arm)).length() + turned * block.radius);
-                let far = far(block.thickness + other.thickness);
+                let far = far(
+                    block.reach.max(other.reach),
+                    block.thickness + other.thickness,
+                );
                 let apart = arm.length() - block.radius - other.radius - far;
                 let left = margin + apart.max(0.0) - own.off - its.off - against;
                 room = room.min(left / (block.amplification + other.amplification));
@@ -197,8 +205,7 @@ impl Blocks {
         };
         if motion.off > BY_NODES * 0.5 * margin {
             let of_sample = self.samples[block.samples.clone()].iter().map(|&sample| {
-                let x = self.places[sample as usize];
-                let now = disks.gather(sample as usize, positions).0;
+                let [x, now] = [from, positions].map(|x| disks.gather(sample as usize, x).0);
                 off((x - block.mean, now - x))
             });
             motion.off = of_sample.fold(0.0, f64::max).sqrt();
@@ -207,9 +214,6 @@ impl Blocks {
     }
 
     pub(super) fn bytes(&self) -> usize {
-        size_of_val(&*self.blocks)
-            + size_of_val(&*self.samples)
-            + size_of_val(&*self.nodes)
-            + size_of_val(&*self.places)
+        size_of_val(&*self.blocks) + size_of_val(&*self.samples) + size_of_val(&*self.nodes)
     }
 }

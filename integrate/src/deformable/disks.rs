@@ -212,6 +212,14 @@ impl ContactDisks {
         (x, t)
     }
 
+    /// Where a sample is (m), and how far (m) its disk reaches as it is stretched, at least as at rest.
+    pub(crate) fn stretched(&self, sample: usize, positions: &[DVec3]) -> (DVec3, f64) {
+        let (x, [a, b]) = self.gather(sample, positions);
+        let (aa, ab, bb) = (a.length_squared(), a.dot(b), b.length_squared());
+        let most = 0.5 * (aa + bb) + (0.25 * (aa - bb).powi(2) + ab * ab).sqrt();
+        (x, self.reach[sample] * most.sqrt().max(1.0))
+    }
+
     pub(crate) fn place(&self, sample: usize, positions: &[DVec3]) -> Placed {
         let (x, t) = self.gather(sample, positions);
         let at = Placed {

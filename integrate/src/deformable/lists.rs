@@ -10,7 +10,7 @@ use rayon::prelude::*;
 /// neighbours in the tissue and never in contact.
 const NEIGHBORS: f64 = 3.0;
 
-/// Thickness (spacings) up to which most samples have one: few are looked for farther than that.
+/// Largest thickness (spacings) of most samples; the few that are thicker are searched for apart.
 const THIN: f64 = 0.1;
 
 /// Cells along an axis at most; those this many apart are one. Samples are tested one by one anyway, and a piece that has
@@ -46,7 +46,8 @@ pub(super) fn candidates(
         all().fold(DVec3::INFINITY, DVec3::min),
         all().fold(DVec3::NEG_INFINITY, DVec3::max),
     );
-    if !(low.is_finite() && high.is_finite()) {
+    let is_any = points.iter().any(|is_one| *is_one);
+    if !(is_any && low.is_finite() && high.is_finite()) {
         return Vec::new();
     }
     let side = far
@@ -120,15 +121,16 @@ impl DeformableContact {
         self.state.listed_at.clear();
         self.state.listed_at.extend_from_slice(positions);
         self.state.held_at.clear();
+        self.state.is_bounded = false;
         self.list_pairs(None);
         true
     }
 
-    /// Distance (m) from which on a point and a disk's row do not meet whose thicknesses (m) have a sum.
-    fn far(&self) -> impl Fn(f64) -> f64 + use<> {
-        let reach = most(&self.disks.reach);
+    /// Distance (m), margin included, from which on a point and a disk are in no list, by the disk's reach and the sum of their
+    /// thicknesses (m).
+    fn far(&self) -> impl Fn(f64, f64) -> f64 + use<> {
         let (widest, margin) = (self.widest(), self.margin());
-        move |thickness| {
+        move |reach, thickness| {
             let apart = DEEPEST * widest + thickness;
             (reach * reach + apart * apart).sqrt() + margin
         }
@@ -243,15 +245,16 @@ impl DeformableContact {
         } else {
             self.disks.len()
         };
-        let place = |sample| self.disks.gather(sample, positions).0;
-        let places: Vec<DVec3> = (0..all).into_par_iter().map(place).collect();
+        let place = |sample| self.disks.stretched(sample, positions);
+        let places: Vec<(DVec3, f64)> = (0..all).into_par_iter().map(place).collect();
+        let (places, reaches): (Vec<DVec3>, Vec<f64>) = places.into_iter().unzip();
         let (far, widest, margin) = (self.far(), self.widest(), self.margin());
         let samples = &self.disks.samples;
         let bodies = self.frictions.len().isqrt();
         let meets = |p: u32, q: u32, distance_squared: f64| {
             let (point, disk) = (p as usize, q as usize);
             let (a, b) = (&samples[point], &samples[disk]);
-            let reach = self.disks.reach[disk];
+            let reach = reaches[disk];
             let allowed = self.frictions[a.body as usize * bodies + b.body as usize];
             if reach == 0.0 || allowed.is_none() || a.body == b.body && are_neighbors(a, b) {
                 return false;
@@ -262,11 +265,17 @@ impl DeformableContact {
                 && (a.body != b.body || a.flank || !self.disks.share_nodes(p, q))
         };
         let is_new = |sample: u32| changed.is_none_or(|changed| changed[sample as usize]);
-        let farthest = far(2.0 * most(&self.disks.thickness));
+        let samples_that_act = || (0..all).filter(|sample| samples[*sample].area > 0.0);
+        let thickness = |sample: usize| self.disks.thickness[sample].abs();
+        let reach = reaches.iter().copied().fold(0.0, f64::max);
+        let farthest = far(
+            reach,
+            2.0 * samples_that_act().map(thickness).fold(0.0, f64::max),
+        );
         let thin = THIN * widest;
         let is_first = |sample: usize| match changed {
             Some(changed) => changed[sample],
-            None => self.disks.thickness[sample].abs() > thin,
+            None => thickness(sample) > thin,
         };
         let which = |first: bool| -> Vec<bool> {
             let open = |sample: usize| samples[sample].area > 0.0 && is_first(sample) == first;
@@ -278,9 +287,9 @@ impl DeformableContact {
         found.extend(search([&first, &others], farthest));
         found.extend(search([&others, &first], farthest));
         if changed.is_none() {
-            found.extend(search([&others, &others], far(2.0 * thin)));
+            found.extend(search([&others, &others], far(reach, 2.0 * thin)));
         }
-        let blocks = Blocks::new(&self.disks, places, positions, widest);
+        let blocks = Blocks::new(&self.disks, (&places, &reaches), positions, widest);
         let mut of = vec![Vec::new(); self.disks.len()];
         // Of lists of before what is between others.
         for (slot, range) in &self.points {
@@ -322,10 +331,6 @@ impl DeformableContact {
             *sample = slots[*sample as usize];
         }
     }
-}
-
-fn most(lengths: &[f64]) -> f64 {
-    lengths.iter().fold(0.0, |most, x| most.max(x.abs()))
 }
 
 /// Whether two samples of a body are joined by tissue at rest: they are near, and do not face each other across a gap.

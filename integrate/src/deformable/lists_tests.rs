@@ -139,6 +139,21 @@ fn what_is_apart_is_listed_once() {
     );
 }
 
+/// Where no bodies may touch, lists hold for ever, and that is a state.
+#[test]
+fn what_touches_nothing_is_never_listed_again() {
+    let (contact, rest) = sheets(0.0, 5);
+    let disks = contact.disks().clone();
+    let settings = DeformableSettings::default();
+    let mut contact = DeformableContact::new(disks, settings, 2, |_, _| None);
+    for step in 0..9 {
+        let apart = |(n, x): (usize, &DVec3)| *x * f64::from(1 + step) * (n % 3) as f64;
+        contact.update_lists(&rest.iter().enumerate().map(apart).collect::<Vec<_>>());
+        assert!(contact.fits(contact.state(), rest.len()));
+    }
+    assert_eq!(contact.rebuilds(), 1);
+}
+
 /// Lists after some samples were changed are those of all, made where the others were listed.
 #[test]
 fn changed_samples_alone_are_listed_anew() {
@@ -187,7 +202,7 @@ fn changed_samples_alone_are_listed_anew() {
     assert_eq!(contact.state.listed_at, rest);
 }
 
-/// Surfaces that lie outside their rows are listed before they meet, and those a spacing off are in no contact.
+/// Surfaces that lie outside their rows, stretched or not, are listed before they meet, and those a spacing off are in no contact.
 #[test]
 fn membranes_that_come_near_are_listed_before_they_meet() {
     let side = |k: u32| -> Vec<DVec3> {
@@ -197,7 +212,13 @@ fn membranes_that_come_near_are_listed_before_they_meet() {
             .collect()
     };
     let rest = [side(0), side(1)].concat();
-    for (thickness, meets) in [(0.3, true), (0.95, true), (1.1, false)] {
+    let cases = [
+        (0.3, true, 1.0),
+        (0.95, true, 1.0),
+        (0.95, true, 3.5),
+        (1.1, false, 1.0),
+    ];
+    for (thickness, meets, stretch) in cases {
         let mut disks = ContactDisks::default();
         for (point, x) in (0_u32..).zip(&rest) {
             let (k, normal) = if point < 16 {
@@ -222,7 +243,9 @@ fn membranes_that_come_near_are_listed_before_they_meet() {
         let mut most = 0;
         for height in 0..600 {
             let down = DVec3::Z * (-0.01 * f64::from(height));
-            let lower = |(n, x): (usize, &DVec3)| *x + if n < 16 { DVec3::ZERO } else { down };
+            let stretch = DVec3::new(stretch, 1.0, 1.0);
+            let lower =
+                |(n, x): (usize, &DVec3)| *x * stretch + if n < 16 { DVec3::ZERO } else { down };
             let x: Vec<DVec3> = rest.iter().enumerate().map(lower).collect();
             contact.update_lists(&x);
             let mut brute = contact.clone();
@@ -234,7 +257,11 @@ fn membranes_that_come_near_are_listed_before_they_meet() {
                 contact.each_point(&contact.place(&x), false, |_, met| pairs += met.len());
                 pairs
             };
-            assert_eq!(count(&contact), count(&brute), "{thickness}, {height}");
+            assert_eq!(
+                count(&contact),
+                count(&brute),
+                "{thickness}, {height}, {stretch}"
+            );
             most = most.max(count(&contact));
         }
         assert_eq!(most > 0, meets, "{thickness}");
