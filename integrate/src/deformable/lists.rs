@@ -10,8 +10,10 @@ use rayon::prelude::*;
 /// neighbours in the tissue and never in contact.
 const NEIGHBORS: f64 = 3.0;
 
-/// Largest thickness (spacings) of most samples; the few that are thicker are searched for apart.
+/// Largest thickness (spacings) and reach (of the largest at rest) of most samples; the few that have more are searched for
+/// apart.
 const THIN: f64 = 0.1;
+const SHORT: f64 = 1.1;
 
 /// Cells along an axis at most; those this many apart are one. Samples are tested one by one anyway, and a piece that has
 /// fallen far leaves the cells of the others as small as they were.
@@ -265,17 +267,15 @@ impl DeformableContact {
                 && (a.body != b.body || a.flank || !self.disks.share_nodes(p, q))
         };
         let is_new = |sample: u32| changed.is_none_or(|changed| changed[sample as usize]);
-        let samples_that_act = || (0..all).filter(|sample| samples[*sample].area > 0.0);
         let thickness = |sample: usize| self.disks.thickness[sample].abs();
-        let reach = reaches.iter().copied().fold(0.0, f64::max);
-        let farthest = far(
-            reach,
-            2.0 * samples_that_act().map(thickness).fold(0.0, f64::max),
-        );
-        let thin = THIN * widest;
+        let acts = || (0..all).filter(|sample| samples[*sample].area > 0.0);
+        let most = |of: &dyn Fn(usize) -> f64| acts().map(of).fold(0.0, f64::max);
+        let farthest = far(most(&|disk| reaches[disk]), 2.0 * most(&thickness));
+        // Few are thick or stretched much.
+        let (thin, short) = (THIN * widest, SHORT * most(&|disk| self.disks.reach[disk]));
         let is_first = |sample: usize| match changed {
             Some(changed) => changed[sample],
-            None => thickness(sample) > thin,
+            None => thickness(sample) > thin || reaches[sample] > short,
         };
         let which = |first: bool| -> Vec<bool> {
             let open = |sample: usize| samples[sample].area > 0.0 && is_first(sample) == first;
@@ -287,7 +287,7 @@ impl DeformableContact {
         found.extend(search([&first, &others], farthest));
         found.extend(search([&others, &first], farthest));
         if changed.is_none() {
-            found.extend(search([&others, &others], far(reach, 2.0 * thin)));
+            found.extend(search([&others, &others], far(short, 2.0 * thin)));
         }
         let blocks = Blocks::new(&self.disks, (&places, &reaches), positions, widest);
         let mut of = vec![Vec::new(); self.disks.len()];
