@@ -196,7 +196,7 @@ impl Front {
         let mine = Counted::of(self.mine.as_ref(), &self.memory, &self.wire);
         let mine: [f64; Counted::LENGTH] = packed(&mine);
         let all = gather(&mine, &vec![Counted::LENGTH; ranks()]);
-        let counted = all.chunks(Counted::LENGTH).map(|numbers| unpacked(numbers));
+        let counted = all.chunks(Counted::LENGTH).map(unpacked);
         let counted = counted.map(Result::unwrap_or_default);
         (counted.collect(), self.traffic)
     }
