@@ -142,7 +142,8 @@ pub struct Moved<'a> {
 pub struct DeformableContact {
     disks: ContactDisks,
     settings: DeformableSettings,
-    /// Friction of bodies that may touch: `body · count + other`.
+    /// Number of bodies, and friction of those that may touch: `body · count + other`.
+    bodies: usize,
     frictions: Vec<Option<f64>>,
     /// Whether any rub.
     rubs: bool,
@@ -160,7 +161,6 @@ pub struct DeformableContact {
     close_points: Vec<[u32; 2]>,
     close: Vec<u32>,
     close_at: Vec<Placed>,
-    rebuilds: u64,
     /// Sums of the last step.
     between: Vec<DeformableForce>,
     /// Energies (J) of points while their samples are taken out.
@@ -202,6 +202,7 @@ impl DeformableContact {
             disks: ContactDisks::default(),
             settings,
             rubs: frictions.iter().flatten().any(|friction| *friction > 0.0),
+            bodies: bodies as usize,
             frictions,
             state: DeformableState::default(),
             margin: MARGIN,
@@ -212,7 +213,6 @@ impl DeformableContact {
             close: Vec::new(),
             close_at: Vec::new(),
             near: Vec::new(),
-            rebuilds: 0,
             between: Vec::new(),
             stored: Vec::new(),
         };
@@ -285,9 +285,8 @@ impl DeformableContact {
     /// # Panics
     /// If there are fewer samples than before, or of more bodies than there are.
     pub fn set_disks(&mut self, disks: ContactDisks, changed: &[usize], positions: &[DVec3]) {
-        let bodies = self.frictions.len().isqrt();
-        let known = |sample: &disks::DiskSample| (sample.body as usize) < bodies;
-        assert!(disks.samples.iter().all(known), "{bodies} bodies");
+        let known = |sample: &disks::DiskSample| (sample.body as usize) < self.bodies;
+        assert!(disks.samples.iter().all(known), "{} bodies", self.bodies);
         assert!(
             disks.len() >= self.state.offsets.len(),
             "no sample vanishes"
@@ -312,13 +311,7 @@ impl DeformableContact {
 
     /// Coefficient of friction of two bodies, if they may touch.
     fn between_bodies(&self, a: u32, b: u32) -> Option<f64> {
-        self.frictions[a as usize * self.frictions.len().isqrt() + b as usize]
-    }
-
-    /// How often lists of pairs were made.
-    #[must_use]
-    pub fn rebuilds(&self) -> u64 {
-        self.rebuilds
+        self.frictions[a as usize * self.bodies + b as usize]
     }
 
     /// Changes [`DeformableSettings::learning`] (1/s) and [`DeformableSettings::drag`] (s/m) from the next step on.
@@ -355,10 +348,10 @@ impl DeformableContact {
             + size_of_val(&*self.near)
     }
 
-    /// [`DeformableState::bound`] computed anew if lists were made since; `None` if it is that of before.
+    /// [`DeformableState::bound`], if lists were made since it was computed last; `None` if it is the same.
     ///
     /// # Panics
-    /// As [`Self::largest_eigenvalue`].
+    /// If `masses` (kg) is shorter than the samples' nodes require.
     pub fn new_bound(&mut self, masses: &[f64]) -> Option<f64> {
         if std::mem::replace(&mut self.state.is_bounded, true) {
             return None;
@@ -371,11 +364,7 @@ impl DeformableContact {
     /// of disks, where pairs were listed, were pressed, even those as far above as pairs may come before they are listed
     /// again; 0 where positions are not finite. Weights count as constant: a pair that fades, nearly a spacing deep, is stiffer
     /// by up to some 25 times.
-    ///
-    /// # Panics
-    /// If `masses` (kg) is shorter than the samples' nodes require.
-    #[must_use]
-    pub fn largest_eigenvalue(&self, masses: &[f64]) -> f64 {
+    fn largest_eigenvalue(&self, masses: &[f64]) -> f64 {
         let placed = self.place(&self.state.listed_at);
         let (mut springs, mut pairs) = (Vec::new(), Vec::new());
         for (point, list) in self

@@ -184,7 +184,7 @@ const WORDS: &str = "Figures of Aras 2014 that show data and that no other study
      figures 47, 48, 55 and 65) are in the study splat, 69 to 73 in hertz, and the frames per second of chapter 6 in chapter6. \
      Figure 5: there and here SPH misses a constant, most at the ends, and moving least squares do not. \
      Figure 6: SPH gets worse as nodes lose their evenness. Figure 7: a quadratic basis reproduces a parabola, a linear \
-     one does not. Figure 11: the kernel of eq. (15). Figures 14 and 16: data of ours, as those there are random and not \
+     one does not. Figure 11: the kernel of eq. (15). Figures 14 and 16: other data, as those there are random and not \
      given; beside the radius 5 of the text 3 and 7. Figures 15 and 17: what each node gives to the ninth, weight \
      and shape function, as there; the latter sum up to 1. Table 1: the same cells are singular, the error grows with the \
      radius, quadratic below linear.";

@@ -250,20 +250,18 @@ impl DeformableContact {
         let place = |sample| self.disks.stretched(sample, positions);
         let places: Vec<(DVec3, f64)> = (0..all).into_par_iter().map(place).collect();
         let (places, reaches): (Vec<DVec3>, Vec<f64>) = places.into_iter().unzip();
-        let (far, widest, margin) = (self.far(), self.widest(), self.margin());
+        let (far, widest) = (self.far(), self.widest());
         let samples = &self.disks.samples;
-        let bodies = self.frictions.len().isqrt();
         let meets = |p: u32, q: u32, distance_squared: f64| {
             let (point, disk) = (p as usize, q as usize);
             let (a, b) = (&samples[point], &samples[disk]);
             let reach = reaches[disk];
-            let allowed = self.frictions[a.body as usize * bodies + b.body as usize];
+            let allowed = self.between_bodies(a.body, b.body);
             if reach == 0.0 || allowed.is_none() || a.body == b.body && are_neighbors(a, b) {
                 return false;
             }
             let thickness = self.disks.thickness[point].abs() + self.disks.thickness[disk].abs();
-            let beyond = (distance_squared.sqrt() - margin).max(0.0);
-            beyond * beyond < reach * reach + (DEEPEST * widest + thickness).powi(2)
+            distance_squared.sqrt() < far(reach, thickness)
                 && (a.body != b.body || a.flank || !self.disks.share_nodes(p, q))
         };
         let is_new = |sample: u32| changed.is_none_or(|changed| changed[sample as usize]);
@@ -313,7 +311,6 @@ impl DeformableContact {
                 .push((point, [begin, self.lists.len()].map(index)));
         }
         self.blocks = blocks;
-        self.rebuilds += 1;
         self.close_at.clear();
         let mut slots = vec![u32::MAX; samples.len()];
         let named = || self.points.iter().map(|(point, _)| point);

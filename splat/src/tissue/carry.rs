@@ -40,7 +40,7 @@ impl Tissue {
     ///
     /// # Numerics
     /// An affine map of the nodes with its gradient is reproduced to round-off. A singular `F` keeps
-    /// the rest normal. Same bits at any thread count.
+    /// the rest normal. Bitwise identical at any thread count.
     pub fn carry_into(&self, nodes: &[DVec3], gradients: &[DMat3], splats: &mut Splats) {
         let n = self.surfels.len();
         assert_eq!(self.rest_nodes.len(), nodes.len(), "one position per node");
