@@ -115,13 +115,8 @@ pub(crate) fn misses(world: &World) -> Vec<String> {
 
 /// Cuts that a finished run took up and that changed nothing.
 pub(crate) fn vain_cuts(world: &World) -> Vec<String> {
-    let strokes = || {
-        let cuttings = world
-            .bodies()
-            .iter()
-            .filter_map(|body| body.cutting.as_ref());
-        cuttings.flat_map(|cutting| &cutting.by_stroke)
-    };
+    let cuttings = world.bodies().iter().flat_map(|body| &body.cutting);
+    let strokes = || (cuttings.clone()).flat_map(|cutting| &cutting.by_stroke);
     let changed = |cut: usize| strokes().any(|of| of.cut == cut && of.updates > 0);
     let cuts = world.scene().cuts.iter().enumerate();
     cuts.filter(|(index, _)| !changed(*index))

@@ -453,11 +453,7 @@ impl Session {
     /// Pairs of nodes that cuts severed.
     #[must_use]
     pub fn severed_pairs(&self) -> usize {
-        let cuttings = self
-            .world
-            .bodies()
-            .iter()
-            .filter_map(|body| body.cutting.as_ref());
+        let cuttings = self.world.bodies().iter().flat_map(|body| &body.cutting);
         cuttings.map(phyxel::Cutting::severed_pairs).sum()
     }
 }

@@ -248,11 +248,12 @@ fn cut_summary(world: &World) -> CutSummary {
         eigenvalue_growth: 1.0,
         ..CutSummary::default()
     };
-    for cutting in world
-        .bodies()
-        .iter()
-        .filter_map(|body| body.cutting.as_ref())
-    {
+    for body in world.bodies() {
+        all.weak_nodes += body.elastic.deficient_nodes().len();
+        all.loose_nodes += body.elastic.loose_nodes();
+        let Some(cutting) = &body.cutting else {
+            continue;
+        };
         let (captures, updates) = cutting.counts();
         all.captures += captures;
         all.updates += updates;
@@ -264,9 +265,7 @@ fn cut_summary(world: &World) -> CutSummary {
             *all.lattices.get_or_insert(0) += lattices;
             *all.pairs_without_lattice.get_or_insert(0) += without;
         }
-    }
-    for body in world.bodies() {
-        let strokes = body.cutting.iter().flat_map(|cutting| &cutting.by_stroke);
+        let strokes = cutting.by_stroke.iter();
         all.strokes.extend(strokes.map(|stroke| StrokeSummary {
             cut: world.scene().cuts[stroke.cut].name.clone(),
             body: body.name.clone(),
@@ -274,8 +273,6 @@ fn cut_summary(world: &World) -> CutSummary {
             updates: stroke.updates,
             energy: stroke.energy,
         }));
-        all.weak_nodes += body.elastic.deficient_nodes().len();
-        all.loose_nodes += body.elastic.loose_nodes();
     }
     all
 }
