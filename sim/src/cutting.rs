@@ -490,6 +490,7 @@ impl Body {
         elastic.weaken(&missing, positions, &|pair| cutting.factors.factor(pair));
     }
 
+    /// Works on the body with its data of cuts, which the first capture makes.
     fn with_cutting<T>(
         &mut self,
         work: impl FnOnce(&mut Self, &mut Cutting) -> Result<T, BodyProblem>,

@@ -191,10 +191,7 @@ impl World {
             WorldError::Body {
                 body,
                 problem: BodyProblem::Step(source),
-            } => Err(WorldError::Body {
-                body,
-                problem: BodyProblem::StepsFailed { source },
-            }),
+            } => Err(BodyProblem::StepsFailed { source }.of(&body)),
             _ => Err(last),
         }
     }
