@@ -27,7 +27,7 @@ fn moving(name: &str) -> World {
 
 /// An edge that hangs down at `x` (share of the body's width) and reaches through it, the first of a stroke.
 fn blade(world: &World, x: f64, phase: StrokePhase) -> Input {
-    let bounds = world.members()[0].body.solid.bounds();
+    let bounds = world.bodies()[0].solid.bounds();
     let (low, size) = (bounds.min, bounds.size());
     let at = |z: f64| low + size * DVec3::new(x, -0.1, z);
     let action = Action::Blade {
@@ -56,7 +56,7 @@ fn benches(c: &mut Criterion) {
         cutting.step().unwrap();
         let mut next = blade(&cutting, 0.5, StrokePhase::Update);
         if let Action::Blade { edge, .. } = &mut next.action {
-            let way = 0.4 * start.members()[0].body.solid.bounds().size().y;
+            let way = 0.4 * start.bodies()[0].solid.bounds().size().y;
             for point in edge {
                 point.y += way;
             }

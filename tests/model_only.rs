@@ -33,7 +33,7 @@ fn play(text: &str) -> Played {
             .iter()
             .map(|part| (part.name, part.bytes))
             .collect(),
-        positions: world.members()[0].body.motion.positions().to_vec(),
+        positions: world.bodies()[0].motion.positions().to_vec(),
         contact_calls: world.phases().of(Phase::Contact).calls,
         cut_calls: world.phases().of(Phase::Cut).calls,
     }

@@ -24,7 +24,7 @@ fn world(rest: &str) -> World {
 }
 
 fn weight(world: &World) -> f64 {
-    9.81 * world.members()[0].body.masses.iter().sum::<f64>()
+    9.81 * world.bodies()[0].masses.iter().sum::<f64>()
 }
 
 /// A block that lies on a table presses it with its weight, in the middle, and slides down it as far
@@ -47,7 +47,7 @@ fn a_block_rests_on_a_table_and_slides_off_a_slippery_one() {
     assert!(force.torque.length() < 1e-4 * expected, "{force:?}");
     // tan 10 degrees is 0.176: it holds at 0.3 and slides at 0.1 with g (sin - 0.1 cos).
     let moved = |world: &World| {
-        let body = &world.members()[0].body;
+        let body = &world.bodies()[0];
         let pairs = body.motion.positions().iter().zip(&body.rest);
         pairs.map(|(x, r)| x.x - r.x).sum::<f64>() / body.rest.len() as f64
     };
@@ -87,7 +87,7 @@ fn a_pushed_ball_and_its_block_keep_their_momentum() {
     // The ball's velocity is that of the middle of the step.
     let step = world.time() - start;
     let ball = mass * (touched.pose.position.z - before) / step;
-    let audit = world.members()[0].body.motion.audit();
+    let audit = world.bodies()[0].motion.audit();
     let given = -push * (world.time() - 0.5 * step);
     let kept = (ball + audit.momentum.z) / given;
     assert!((kept - 1.0).abs() < 0.02, "{kept} of the momentum given");
@@ -115,7 +115,7 @@ fn a_cut_block_still_weighs_the_same() {
          gravity: (acceleration: (0, 0, -9.81), ramp: 0.2),",
     );
     play(&mut world, 1.0);
-    let cutting = world.members()[0].cutting.as_ref().expect("it was cut");
+    let cutting = world.bodies()[0].cutting.as_ref().expect("it was cut");
     assert!(cutting.severed_pairs() > 100, "through");
     let force = world.tool_forces()[0];
     assert_within("weight", force.force.z / weight(&world), -1.0, 0.02);

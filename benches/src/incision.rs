@@ -6,7 +6,7 @@ use std::fmt;
 
 use glam::DVec3;
 use phyxel::scene::{Capture, Scene, Target};
-use phyxel::{Cutting, Member, World};
+use phyxel::{Body, Cutting, World};
 use serde::Serialize;
 
 use crate::batch::Case;
@@ -176,13 +176,13 @@ pub fn measure(name: &str, scene: Scene, first: Option<&Finding>) -> Finding {
         spacing: f64::NAN,
     };
     let row = run_with(name, scene, Options::default(), |world| {
-        let member = &world.members()[0];
-        let (Some(cutting), Some(now)) = (&member.cutting, world.scene_time()) else {
+        let body = &world.bodies()[0];
+        let (Some(cutting), Some(now)) = (&body.cutting, world.scene_time()) else {
             return;
         };
-        let cuts = cutting.cuts();
+        let cuts = &cutting.cuts;
         let cut = starts.iter().rposition(|start| *start <= now).unwrap_or(0);
-        let inside = |x: DVec3| member.body.solid.contains(x);
+        let inside = |x: DVec3| body.solid.contains(x);
         for triangle in seen..cuts.triangle_count() {
             let triangle = cuts.triangle(triangle);
             within(triangle, DIVISIONS, &inside, &mut parts[cut.min(1)]);
@@ -191,11 +191,11 @@ pub fn measure(name: &str, scene: Scene, first: Option<&Finding>) -> Finding {
         let due = READING * (openings.len() + 1) as f64;
         if now >= due && due <= BETWEEN {
             let opening;
-            (pairs, opening) = severed(member, cutting);
+            (pairs, opening) = severed(body, cutting);
             openings.push(opening);
         }
         if now + 2.0 * world.step_size() >= END {
-            end = ended(world, member, cutting, end.latency);
+            end = ended(world, body, cutting, end.latency);
         }
     });
     let [incision, resection] = parts.map(|vectors| {
@@ -232,9 +232,9 @@ pub fn measure(name: &str, scene: Scene, first: Option<&Finding>) -> Finding {
     found
 }
 
-fn ended(world: &World, member: &Member, cutting: &Cutting, before: f64) -> End {
-    let (body, graph) = (&member.body, &member.body.neighborhoods);
-    let mut sizes = member.pieces().sizes;
+fn ended(world: &World, body: &Body, cutting: &Cutting, before: f64) -> End {
+    let graph = &body.neighborhoods;
+    let mut sizes = body.pieces().sizes;
     sizes.sort_unstable_by(|a, b| b.cmp(a));
     let x = body.motion.positions();
     let mut ties = 0;
@@ -242,12 +242,12 @@ fn ended(world: &World, member: &Member, cutting: &Cutting, before: f64) -> End 
         for pair in graph.pairs(i) {
             let j = graph.indices()[pair] as usize;
             let stretch = x[i].distance(x[j]) / body.rest[i].distance(body.rest[j]);
-            let links = cutting.factors().factor(pair) > 0.0;
+            let links = cutting.factors.factor(pair) > 0.0;
             ties += usize::from(j > i && links && stretch > TIE);
         }
     }
     End {
-        missed: cutting.missed_pairs(),
+        missed: cutting.missed_pairs,
         ties,
         sizes,
         latency: median(world.latencies()).map_or(before, |median| 1e-3 * median),
@@ -256,14 +256,14 @@ fn ended(world: &World, member: &Member, cutting: &Cutting, before: f64) -> End 
 }
 
 /// Severed pairs of a body, and by how much (m) the farthest have come apart.
-fn severed(member: &Member, cutting: &Cutting) -> (BTreeSet<[u32; 2]>, f64) {
-    let (body, graph) = (&member.body, &member.body.neighborhoods);
+fn severed(body: &Body, cutting: &Cutting) -> (BTreeSet<[u32; 2]>, f64) {
+    let graph = &body.neighborhoods;
     let x = body.motion.positions();
     let (mut pairs, mut opening) = (BTreeSet::new(), 0.0_f64);
     for (i, lower) in (0..body.rest.len()).zip(0_u32..) {
         for pair in graph.pairs(i) {
             let upper = graph.indices()[pair];
-            if upper > lower && cutting.factors().factor(pair) <= 0.0 {
+            if upper > lower && cutting.factors.factor(pair) <= 0.0 {
                 let j = upper as usize;
                 let apart = x[i].distance(x[j]) - body.rest[i].distance(body.rest[j]);
                 opening = opening.max(apart);

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use glam::DVec3;
 use phyxel::scene::Scene;
-use phyxel::{Body, CutEnergy, Cutting, Member, World, WorldError};
+use phyxel::{Body, CutEnergy, Cutting, World, WorldError};
 use phyxel_cli::cli::load;
 use phyxel_enrich::{SMALLEST_PART, connected_pieces};
 
@@ -77,19 +77,17 @@ struct Energies {
 }
 
 impl Energies {
-    fn of(member: &Member) -> Self {
+    fn of(body: &Body) -> Self {
         Self {
-            added: cut_energy(member).added,
-            elastic: member.body.motion.audit().elastic,
+            added: cut_energy(body).added,
+            elastic: body.motion.audit().elastic,
         }
     }
 }
 
-fn cut_energy(member: &Member) -> CutEnergy {
-    member
-        .cutting
-        .as_ref()
-        .map_or(CutEnergy::default(), Cutting::energy)
+fn cut_energy(body: &Body) -> CutEnergy {
+    let cutting = body.cutting.as_ref();
+    cutting.map_or(CutEnergy::default(), |cutting| cutting.energy)
 }
 
 /// What updates of one stroke did.
@@ -110,17 +108,10 @@ struct Links {
 }
 
 impl Links {
-    fn of(member: &Member) -> Self {
-        let (body, graph) = (&member.body, &member.body.neighborhoods);
-        let factors: Vec<f64> = match &member.cutting {
-            Some(cutting) => {
-                let factors = cutting.factors();
-                (0..graph.pair_count())
-                    .map(|pair| factors.factor(pair))
-                    .collect()
-            }
-            None => vec![1.0; graph.pair_count()],
-        };
+    fn of(body: &Body) -> Self {
+        let graph = &body.neighborhoods;
+        let factors = (0..graph.pair_count()).map(|pair| body.factor(pair));
+        let factors: Vec<f64> = factors.collect();
         let pieces = connected_pieces(graph.offsets(), graph.indices(), &factors);
         let piece = pieces.piece.iter();
         let debris = piece.map(|&piece| (pieces.sizes[piece as usize] as usize) < SMALLEST_PART);
@@ -136,7 +127,7 @@ impl Links {
             offsets.push(links.len());
         }
         Self {
-            updates: updates(member),
+            updates: updates(body),
             debris: debris.collect(),
             offsets,
             links,
@@ -168,11 +159,9 @@ impl Links {
 }
 
 /// Updates of the connectivity so far.
-fn updates(member: &Member) -> usize {
-    member
-        .cutting
-        .as_ref()
-        .map_or(0, |cutting| cutting.counts().1)
+fn updates(body: &Body) -> usize {
+    let cutting = body.cutting.as_ref();
+    cutting.map_or(0, |cutting| cutting.counts().1)
 }
 
 struct Watch {
@@ -227,16 +216,15 @@ impl Watch {
         let expected = (integration.duration + settling) / world.first_step();
         let most_steps = (MOST_STEPS * expected) as u64;
         // An energy density is a difference of terms of the size of the modulus.
-        let round_off = world.members().iter();
-        let round_off =
-            round_off.map(|Member { body, .. }| body.elastic.energy_round_off(&body.rest));
+        let bodies = world.bodies().iter();
+        let round_off = bodies.map(|body| body.elastic.energy_round_off(&body.rest));
         Self {
             options,
             most_steps,
             round_off: round_off.sum(),
             damped_before: None,
-            before: world.members().iter().map(Energies::of).collect(),
-            links: world.members().iter().map(Links::of).collect(),
+            before: world.bodies().iter().map(Energies::of).collect(),
+            links: world.bodies().iter().map(Links::of).collect(),
             strokes: vec![Stroke::default(); world.scene().cuts.len()],
             extremes: Extremes::NONE,
             recent: VecDeque::new(),
@@ -285,20 +273,19 @@ impl Watch {
         let stroke = self.stroke_of(world);
         let mut cut = false;
         let (mut elastic, mut dissipated, mut balance) = (0.0, 0.0, 0.0);
-        for (index, member) in world.members().iter().enumerate() {
-            let body = &member.body;
+        for (index, body) in world.bodies().iter().enumerate() {
             let audit = body.motion.audit();
             elastic += audit.elastic;
             dissipated += audit.taken();
             balance += audit.energy_error();
-            let (before, now) = (self.before[index], Energies::of(member));
+            let (before, now) = (self.before[index], Energies::of(body));
             self.before[index] = now;
-            if updates(member) != self.links[index].updates {
-                self.links[index] = Links::of(member);
+            if updates(body) != self.links[index].updates {
+                self.links[index] = Links::of(body);
                 cut = true;
                 self.note_update(now.added - before.added, before.elastic, stroke, step);
             }
-            self.note_nodes(index, member, step);
+            self.note_nodes(index, body, step);
             if self.options.eigenvalues && step.is_multiple_of(STEPS_PER_ESTIMATE) {
                 let largest = largest_eigenvalue(body, PRODUCTS, step);
                 let viscosity = body.motion.settings().viscosity;
@@ -359,10 +346,9 @@ impl Watch {
         }
     }
 
-    fn note_nodes(&mut self, index: usize, member: &Member, step: u64) {
-        let body = &member.body;
+    fn note_nodes(&mut self, index: usize, body: &Body, step: u64) {
         let gradients = body.elastic.deformation_gradients();
-        let carrying = carrying(member);
+        let carrying = carrying(body);
         for (node, (f, carries)) in gradients.iter().zip(carrying).enumerate() {
             let determinant = f.determinant();
             let smallest = self.extremes.determinant.0;
@@ -397,25 +383,24 @@ impl Watch {
         row.step_to_limit = extremes.step_to_limit.map(|(ratio, _)| ratio);
         row.step_to_limit_at = extremes.step_to_limit.map(|(_, step)| step);
         let (mut balance, mut followers, mut debris) = (0.0, 0, 0);
-        for (member, links) in world.members().iter().zip(&self.links) {
-            let audit = member.body.motion.audit();
-            row.nodes += member.body.rest.len();
-            let body = &member.body;
+        for (body, links) in world.bodies().iter().zip(&self.links) {
+            let audit = body.motion.audit();
+            row.nodes += body.rest.len();
             row.released -= audit.energy_correction + body.relaxed;
-            row.decay += cut_energy(member).decay;
+            row.decay += cut_energy(body).decay;
             row.elastic += audit.elastic;
             row.kinetic += audit.kinetic;
             row.dissipated += audit.taken();
             balance += audit.energy_error();
-            let severed = member.cutting.as_ref().map_or(0, Cutting::severed_pairs);
+            let severed = body.cutting.as_ref().map_or(0, Cutting::severed_pairs);
             row.severed += severed;
-            let cutting = member.cutting.as_ref();
+            let cutting = body.cutting.as_ref();
             row.area += cutting.map_or(0.0, |cutting| area_within(cutting, body));
-            if let Some((lattices, without)) = cutting.and_then(|c| c.factors().grid_counts()) {
+            if let Some((lattices, without)) = cutting.and_then(|c| c.factors.grid_counts()) {
                 *row.lattices.get_or_insert(0) += lattices;
                 *row.without_lattice.get_or_insert(0) += without;
             }
-            for (node, (carries, &apart)) in carrying(member).zip(&links.debris).enumerate() {
+            for (node, (carries, &apart)) in carrying(body).zip(&links.debris).enumerate() {
                 debris += usize::from(apart);
                 // What a support holds follows nothing.
                 let held = body.motion.supports().of(node).is_some();
@@ -440,7 +425,7 @@ impl Watch {
 
 /// Area (m²) of the cuts' surfaces in a body, in material coordinates.
 fn area_within(cutting: &Cutting, body: &Body) -> f64 {
-    let (cuts, inside) = (cutting.cuts(), |x: DVec3| body.solid.contains(x));
+    let (cuts, inside) = (&cutting.cuts, |x: DVec3| body.solid.contains(x));
     let mut parts = Vec::new();
     for triangle in 0..cuts.triangle_count() {
         within(cuts.triangle(triangle), DIVISIONS, &inside, &mut parts);
@@ -449,9 +434,9 @@ fn area_within(cutting: &Cutting, body: &Body) -> f64 {
 }
 
 /// Which nodes carry strain energy.
-fn carrying(member: &Member) -> impl Iterator<Item = bool> + '_ {
-    let weak = member.body.elastic.deficient_nodes();
-    let nodes = 0..u32::try_from(member.body.rest.len()).unwrap_or(u32::MAX);
+fn carrying(body: &Body) -> impl Iterator<Item = bool> + '_ {
+    let weak = body.elastic.deficient_nodes();
+    let nodes = 0..u32::try_from(body.rest.len()).unwrap_or(u32::MAX);
     nodes.map(|node| weak.binary_search(&node).is_err())
 }
 

@@ -5,6 +5,7 @@ mod mesh;
 mod sampling;
 
 pub use glam;
+pub use mesh::deforming::DeformingPart;
 pub use mesh::error::RepairError;
 pub use mesh::hierarchy::{Closest, Crossing, Hierarchy, winding_number};
 pub use mesh::intersections::self_intersections;

@@ -1,6 +1,7 @@
 //! Triangle surfaces as plain arrays: read, repair, ask, write. Knows nothing of sampling.
 
 pub(crate) mod creases;
+pub(crate) mod deforming;
 pub(crate) mod error;
 pub(crate) mod hierarchy;
 pub(crate) mod intersections;

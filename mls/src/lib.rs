@@ -28,4 +28,6 @@ pub use neighborhoods::Neighborhoods;
 pub use search::{KNearest, NearestSettings, k_nearest, within_radius};
 pub use shape::{Approximation, ShapeScratch};
 pub use stencil::{GradientStencils, SolveReport, StencilRank, widen_deficient_rows};
-pub use weights::{inverse_square_weights, kernel_weights, mean_neighbor_distance};
+pub use weights::{
+    inverse_square_weights, kernel_weights, mean_neighbor_distance, mean_pair_length,
+};

@@ -80,6 +80,21 @@ pub fn mean_neighbor_distance(positions: &[DVec3], neighborhoods: &Neighborhoods
     })
 }
 
+/// Mean length (m) of all pairs; 0 without any.
+///
+/// # Panics
+/// If a node has no position.
+#[must_use]
+pub fn mean_pair_length(positions: &[DVec3], neighborhoods: &Neighborhoods) -> f64 {
+    let mut sum = 0.0;
+    for (node, x) in positions.iter().enumerate() {
+        for &other in neighborhoods.row(node) {
+            sum += x.distance(positions[other as usize]);
+        }
+    }
+    sum / neighborhoods.pair_count().max(1) as f64
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -99,6 +114,7 @@ mod tests {
         let square = inverse_square_weights(&points, &graph);
         let mean = mean_neighbor_distance(&points, &graph);
         let weights = kernel_weights(&points, &radii, &graph);
+        let mut all = 0.0;
         for i in 0..points.len() {
             let mut sum = 0.0;
             for (pair, j) in graph.entries(i) {
@@ -112,6 +128,8 @@ mod tests {
             if !graph.row(i).is_empty() {
                 assert!((mean[i] - sum / graph.row(i).len() as f64).abs() < 1e-14);
             }
+            all += sum / graph.pair_count() as f64;
         }
+        assert!((mean_pair_length(&points, &graph) - all).abs() < 1e-12);
     }
 }

@@ -28,7 +28,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let mut world = World::new(scene)?;
     world.play(0.4, |_| ())?;
-    let body = &world.members()[0].body;
+    let body = &world.bodies()[0];
     let foot = |x: &DVec3| x.z < -0.499 * length;
     let sunk: Vec<f64> = std::iter::zip(&body.rest, world.positions(0))
         .filter(|(rest, _)| foot(rest))

@@ -4,9 +4,9 @@
 use glam::DVec3;
 use phyxel_integrate::Occupied;
 
+use crate::World;
 use crate::body::Body;
 use crate::error::WorldError;
-use crate::{Member, World};
 
 /// Fraction of the first step below which a step is reported.
 const SHORT: f64 = 0.01;
@@ -46,7 +46,7 @@ impl World {
         let Some(stiffest) = self.stiffest_body() else {
             return Ok(());
         };
-        let body = &mut self.members[stiffest].body;
+        let body = &mut self.bodies[stiffest];
         let what = format!("body '{}': its step fell below", body.name);
         let place = body.stiffest_nodes(1, None).first().map_or_else(
             || "the whole body".to_owned(),
@@ -67,8 +67,8 @@ impl World {
     /// Reports which bodies lie in one another: a node well inside of one is near to a node of the other.
     pub(crate) fn watch_overlaps(&mut self) {
         let mut found = Vec::new();
-        for (second, Member { body: b, .. }) in self.members.iter().enumerate() {
-            for Member { body: a, .. } in &self.members[..second] {
+        for (second, b) in self.bodies.iter().enumerate() {
+            for a in &self.bodies[..second] {
                 if a.occupied().meets(&b.occupied()) {
                     let (a, b) = (&a.name, &b.name);
                     found.push(format!("bodies '{a}' and '{b}' lie in one another"));
@@ -89,7 +89,7 @@ impl World {
         let Some(contact) = &self.deformable else {
             return;
         };
-        let body = |number: u32| &self.members[number as usize].body;
+        let body = |number: u32| &self.bodies[number as usize];
         let deepest = contact.contact.between().iter().filter_map(|sum| {
             let [a, b] = sum.bodies.map(body);
             let depth = sum.penetration / a.spacing.min(b.spacing);

@@ -3,26 +3,26 @@
 use std::sync::PoisonError;
 
 use glam::DVec3;
-use phyxel_discretize::{MeshReport, Solid, boundary_triangles, nodal_surface_areas};
+use phyxel_discretize::Solid;
 use phyxel_elastic::Elastic;
-use phyxel_enrich::{CutRule, Factors};
+use phyxel_enrich::CutRule;
 use phyxel_integrate::{
-    Applied, BoundaryConditions, ClosureLaw, ContactSurface, Eigenvalue, EigenvalueSettings, Grip,
-    Implicit, MassScaling, Motion, MotionSettings, NewtonSettings, StaticLoad, StepError, StepView,
+    Applied, BoundaryConditions, ClosureLaw, Eigenvalue, EigenvalueSettings, Grip, Implicit,
+    MassScaling, Motion, MotionSettings, NewtonSettings, StaticLoad, StepError, StepView,
     StiffnessTracker, critical_step, radial_start, scale_masses, solve_static,
 };
-use phyxel_mls::{GradientStencils, Neighborhoods};
+use phyxel_mls::{GradientStencils, Neighborhoods, mean_pair_length};
 
+use crate::cutting::Cutting;
 use crate::error::{BodyProblem, WorldError, in_body};
 use crate::model::build;
 use crate::moves::{StepTimes, timed};
 use crate::scene::{self, Scene};
 use crate::shares::Shared;
 use crate::support::supports_of;
+use crate::surface::ToolSurface;
 use crate::tool::ToolContact;
 
-/// Contact points along a side of a surface triangle: enough for contacts of two spacings.
-const DIVISIONS: u32 = 4;
 /// Room above the power iteration's estimate, which comes from below.
 const EIGENVALUE_MARGIN: f64 = 0.05;
 
@@ -39,17 +39,19 @@ pub(crate) fn first_estimate() -> EigenvalueSettings {
     }
 }
 
-/// A body, its model and its motion.
+/// A body, its model, its motion, and what touches and cuts it.
 #[derive(Debug, Clone)]
 pub struct Body {
     /// Name in the scene.
     pub name: String,
     /// What the body occupies at rest (m).
     pub solid: Solid,
-    /// What was found and repaired in the mesh file, if it came from one.
-    pub report: Option<MeshReport>,
     /// Rest positions (m) of the nodes.
     pub rest: Vec<DVec3>,
+    /// Mass (kg) and volume (m³) before the first step, which cuts must not change.
+    pub mass: f64,
+    /// See [`Body::mass`].
+    pub volume: f64,
     /// Nodal volumes (m³).
     pub volumes: Vec<f64>,
     /// Nodal masses (kg).
@@ -92,17 +94,16 @@ pub struct Body {
     pub step_factor: f64,
     /// Mass-proportional damping (1/s) once settled.
     pub damping: f64,
-    /// What a cut must not change.
-    pub initial: Totals,
     /// Energy (J) that viscosity has lost; what its terms store is elastic energy.
     pub relaxed: f64,
     /// How a cut weakens pairs.
     pub(crate) cut_rule: CutRule,
-    /// Triangles of the outside, which tools touch; none in a scene without tools.
-    pub(crate) surface_triangles: Vec<[u32; 3]>,
-    /// What tools touch where there are no tetrahedra, in a scene with tools: nodes on the surface, each with the area
-    /// (m²) nearest to it.
-    surface_nodes: Option<(Vec<u32>, Vec<f64>)>,
+    /// What tools touch of the uncut body.
+    pub(crate) tool_surface: ToolSurface,
+    /// What cuts need: present from the first capture of a blade.
+    pub cutting: Option<Cutting>,
+    /// Tools that may touch it.
+    pub(crate) contacts: Vec<ToolContact>,
     /// What contact between bodies adds to the largest eigenvalue (1/s²) at most.
     pub(crate) contact_eigenvalue: f64,
     /// The patch that a hand holds.
@@ -113,15 +114,6 @@ pub struct Body {
     pub(crate) times: StepTimes,
     /// Where the nodes are, if they are partitioned.
     pub(crate) shared: Option<Shared>,
-}
-
-/// Sums over a body's nodes before the first step.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Totals {
-    /// Mass (kg).
-    pub mass: f64,
-    /// Volume (m³).
-    pub volume: f64,
 }
 
 impl Body {
@@ -159,65 +151,50 @@ impl Body {
 
     /// All but the eigenvalue.
     pub(crate) fn build(scene: &Scene, description: &scene::Body) -> Result<Self, BodyProblem> {
-        let (solid, report) = description.shape.solid(&description.placement())?;
+        let (solid, _) = description.shape.solid(&description.placement())?;
         let (sampled, coupled, parts, mut elastic) = build(scene, &solid, description)?;
-        let (rest, tetrahedra) = (sampled.positions, sampled.tetrahedra);
-        let (volumes, mut masses) = (coupled.volumes, coupled.masses);
         let neighborhoods = coupled.neighborhoods;
-        let initial = Totals {
-            mass: masses.iter().sum(),
-            volume: volumes.iter().sum(),
-        };
+        let spacing = mean_pair_length(&sampled.positions, &neighborhoods);
+        let tool_surface = ToolSurface::of(scene, &solid, &sampled, spacing)?;
+        let rest = sampled.positions;
+        let (volumes, mut masses) = (coupled.volumes, coupled.masses);
+        let (mass, volume) = (masses.iter().sum(), volumes.iter().sum());
         let supports = supports_of(scene, description, &rest, None);
         elastic.set_held(&supports.fixed_nodes());
         // Stretching stiffens; the estimate is taken at rest and the step factor leaves the room.
         evaluate(&mut elastic, &rest);
-        let mass_scaling = (description.moved_mass > 0.0)
-            .then(|| {
-                scale_masses(
-                    &mut masses,
-                    (&rest, &parts),
-                    &supports,
-                    neighborhoods.offsets(),
-                    neighborhoods.indices(),
-                    |v, out| elastic.tangent_product_into(v, out),
-                    description.moved_mass,
-                )
-            })
-            .transpose()?;
-        let motion = Motion::new(
-            &rest,
-            &masses,
-            supports,
-            MotionSettings {
-                scheme: scene.integration.scheme.explicit(),
-                damping: description.damping,
-                ..MotionSettings::default()
-            },
-        )?;
+        let mut mass_scaling = None;
+        if description.moved_mass > 0.0 {
+            mass_scaling = Some(scale_masses(
+                &mut masses,
+                (&rest, &parts),
+                &supports,
+                neighborhoods.offsets(),
+                neighborhoods.indices(),
+                |v, out| elastic.tangent_product_into(v, out),
+                description.moved_mass,
+            )?);
+        }
         let scheme = scene.integration.scheme;
-        let solver = scheme.implicit().map(Implicit::new).transpose()?;
-        let eigenvector = radial_start(&rest);
-        let spacing = mean_edge(&rest, &neighborhoods);
-        let surface_triangles = if scene.tools.is_empty() {
-            Vec::new()
-        } else {
-            boundary_triangles(&tetrahedra, |_| true)
+        let settings = MotionSettings {
+            scheme: scheme.explicit(),
+            damping: description.damping,
+            ..MotionSettings::default()
         };
-        let covered = tetrahedra.is_empty() && !scene.tools.is_empty();
-        let surface_nodes = covered
-            .then(|| surface_nodes(&solid, &rest, &sampled.outer, spacing))
-            .transpose()?;
-        Ok(Self {
+        let solver = scheme.implicit().map(Implicit::new).transpose()?;
+        let motion = Motion::new(&rest, &masses, supports, settings)?;
+        let mut body = Self {
             fingerprint: fingerprint(&rest),
+            eigenvector: radial_start(&rest),
             name: description.name.clone(),
             solid,
-            report,
-            tetrahedra,
+            tetrahedra: sampled.tetrahedra,
             volume_error: sampled.volume_error,
             missed: sampled.missed,
             spacing,
             rest,
+            mass,
+            volume,
             volumes,
             masses,
             inert: coupled.inert,
@@ -226,24 +203,25 @@ impl Body {
             elastic,
             motion,
             stiffness: StiffnessTracker::default(),
-            eigenvector,
             smallest_ratio: 1.0,
             doubt: None,
             mass_scaling,
             eigenvalue: Eigenvalue::default(),
             step_factor: scene.integration.step_factor,
             damping: description.damping,
-            initial,
             relaxed: 0.0,
             cut_rule: description.cut_rule,
-            surface_triangles,
-            surface_nodes,
+            tool_surface,
+            cutting: None,
+            contacts: Vec::new(),
             contact_eigenvalue: 0.0,
             grip: None,
             implicit: solver.map(Box::new).zip(scheme.step()),
             times: StepTimes::default(),
             shared: None,
-        })
+        };
+        body.contacts = body.contacts_of(scene, description)?;
+        Ok(body)
     }
 
     /// Positions (m) of the nodes as they are read: on the field whose gradient the deformation gradients are
@@ -289,7 +267,6 @@ impl Body {
     pub(crate) fn advance(
         &mut self,
         step: f64,
-        contacts: &mut [ToolContact],
         mut others: Option<&mut Applied<'_>>,
     ) -> Result<(), BodyProblem> {
         if self.is_explicit() {
@@ -298,7 +275,7 @@ impl Body {
         }
         let shares = self.shares();
         let (elastic, motion) = (&mut self.elastic, &mut self.motion);
-        let (grip, times) = (&mut self.grip, &mut self.times);
+        let (contacts, grip, times) = (&mut self.contacts, &mut self.grip, &mut self.times);
         let is_free = contacts.is_empty() && grip.is_none() && others.is_none();
         let forces =
             |x: &[DVec3], f: &mut [DVec3]| timed(&mut times.forces, || elastic.forces_into(x, f));
@@ -384,61 +361,10 @@ impl Body {
         Ok(())
     }
 
-    /// Restores a snapshot; the model is brought to its positions.
-    pub(crate) fn restore(
-        &mut self,
-        motion: phyxel_integrate::State,
-        stiffness: StiffnessTracker,
-        eigenvector: Vec<DVec3>,
-    ) {
-        evaluate(&mut self.elastic, &motion.positions);
-        self.motion.restore(motion);
-        self.rebuilt_here();
-        self.stiffness = stiffness;
-        self.eigenvector = eigenvector;
-        self.turned_here();
-    }
-
     /// Evaluates the forces again; the energy's jump (J) is recorded.
     pub(crate) fn refresh(&mut self) -> Result<f64, StepError> {
         let elastic = &mut self.elastic;
         self.motion.refresh(|x, f| elastic.forces_into(x, f))
-    }
-
-    /// Evaluates the forces again after rows of the model changed; the energy's jump (J) is recorded.
-    pub(crate) fn reload(&mut self) -> Result<f64, StepError> {
-        let elastic = &mut self.elastic;
-        self.motion.refresh(|x, f| elastic.forces_again(x, f))
-    }
-
-    /// Contact points on its outside, with the factors of its cuts: a triangle is torn if two of its corners no longer
-    /// hold together.
-    pub(crate) fn contact_surface(
-        &self,
-        factors: Option<&Factors>,
-    ) -> Result<ContactSurface, BodyProblem> {
-        let (rest, outside) = (&self.rest, &self.surface_triangles);
-        let holds = |a: u32, b: u32| self.holds(factors, a, b);
-        Ok(match &self.surface_nodes {
-            // No node's area spans a gap.
-            Some((nodes, areas)) => ContactSurface::from_nodes(nodes, areas, rest.len())?,
-            None => ContactSurface::from_torn_triangles(outside, rest, DIVISIONS, holds)?,
-        })
-    }
-
-    /// How many triangles of its outside cuts have torn; what is torn stays so.
-    pub(crate) fn torn_count(&self, factors: Option<&Factors>) -> usize {
-        let holds = |a: u32, b: u32| self.holds(factors, a, b);
-        let whole = |&&[a, b, c]: &&[u32; 3]| holds(a, b) && holds(b, c) && holds(c, a);
-        self.surface_triangles.len() - self.surface_triangles.iter().filter(whole).count()
-    }
-
-    /// Whether no cut has severed two nodes that were neighbours.
-    fn holds(&self, factors: Option<&Factors>, a: u32, b: u32) -> bool {
-        let pair = self.neighborhoods.find_pair(a as usize, b);
-        factors
-            .zip(pair)
-            .is_none_or(|(factors, pair)| factors.factor(pair) > 0.0)
     }
 
     /// Whether the stable step is to be monitored.
@@ -447,34 +373,9 @@ impl Body {
     }
 }
 
-/// Covers the surface of `solid` by its `outer` nodes: those with an area (m²), and the areas.
-fn surface_nodes(
-    solid: &Solid,
-    rest: &[DVec3],
-    outer: &[u32],
-    spacing: f64,
-) -> Result<(Vec<u32>, Vec<f64>), BodyProblem> {
-    let places: Vec<DVec3> = outer.iter().map(|&node| rest[node as usize]).collect();
-    let areas = nodal_surface_areas(solid, &places, spacing)?;
-    let covered = outer.iter().copied().zip(areas);
-    Ok(covered.filter(|&(_, area)| area > 0.0).unzip())
-}
-
 /// Brings a model to positions (m).
 pub(crate) fn evaluate(elastic: &mut Elastic, positions: &[DVec3]) {
     elastic.forces_into(positions, &mut vec![DVec3::ZERO; positions.len()]);
-}
-
-/// Mean length (m) of all pairs.
-fn mean_edge(rest: &[DVec3], neighborhoods: &Neighborhoods) -> f64 {
-    let mut sum = 0.0;
-    for (node, x) in rest.iter().enumerate() {
-        for &other in neighborhoods.row(node) {
-            sum += x.distance(rest[other as usize]);
-        }
-    }
-    let count = neighborhoods.pair_count().max(1) as f64;
-    sum / count
 }
 
 /// Checksum of rest positions.

@@ -9,7 +9,7 @@ use crate::cutting::{Capture, CutUpdate};
 use crate::error::{WorldError, in_body};
 use crate::input::StrokePhase;
 use crate::phases::Phase;
-use crate::{CutPiece, Member, World};
+use crate::{Body, CutPiece, World};
 
 impl World {
     /// Captures the edges of all blades that are due, each in all bodies or in none.
@@ -53,10 +53,10 @@ impl World {
     ///     world.step()?;
     /// }
     /// world.cut(StrokePhase::End, &edge(0.02))?;
-    /// assert_eq!(world.members()[0].pieces().sizes.len(), 2);
+    /// assert_eq!(world.bodies()[0].pieces().sizes.len(), 2);
     /// world = uncut;
-    /// assert_eq!(world.members()[0].pieces().sizes.len(), 1);
-    /// assert_eq!(world.positions(0).len(), world.members()[0].body.rest.len());
+    /// assert_eq!(world.bodies()[0].pieces().sizes.len(), 1);
+    /// assert_eq!(world.positions(0).len(), world.bodies()[0].rest.len());
     /// # Ok::<(), phyxel::WorldError>(())
     /// ```
     pub fn cut(&mut self, phase: StrokePhase, edge: &[DVec3]) -> Result<bool, WorldError> {
@@ -82,16 +82,16 @@ impl World {
         let of = cut.and_then(|cut| cut.body.as_ref());
         let weld_tolerance = cut.and_then(|cut| cut.weld_tolerance);
         let mut captures: Vec<Capture> = Vec::new();
-        for (place, member) in self.members.iter_mut().enumerate() {
-            if of.is_some_and(|body| *body != member.body.name) {
+        for (place, body) in self.bodies.iter_mut().enumerate() {
+            if of.is_some_and(|name| *name != body.name) {
                 continue;
             }
-            match member.capture(place, (index, weld_tolerance), edge, phase) {
+            match body.capture(place, (index, weld_tolerance), edge, phase) {
                 Ok(capture) => captures.push(capture),
                 Err(problem) => {
-                    let error = problem.of(&member.body);
+                    let error = problem.of(&body.name);
                     for capture in captures {
-                        self.members[capture.edge.member].take_back(&capture);
+                        self.bodies[capture.edge.body].take_back(&capture);
                     }
                     return Err(error);
                 }
@@ -100,32 +100,32 @@ impl World {
         let mut changed = false;
         for capture in captures {
             let edge = capture.edge.clone();
-            let member = &mut self.members[edge.member];
-            let update = in_body(member.apply(capture), &member.body.name)?;
+            let body = &mut self.bodies[edge.body];
+            let update = in_body(body.apply(capture), &body.name)?;
             changed |= !update.touched.is_empty();
-            self.take_note(edge.member, update)?;
+            self.take_note(edge.body, update)?;
             self.now.captured.push(edge);
         }
         self.phases.add(Phase::Cut, begun.elapsed());
         if changed {
             self.waiting.get_or_insert(begun);
             self.now.step = self.smallest_step_size();
-            self.forget_kept();
+            self.now.kept = None;
         }
         Ok(changed)
     }
 
     /// Lets contact between bodies follow a cut that a body has taken, and keeps its new pieces for drawing.
-    pub(crate) fn take_note(&mut self, member: usize, update: CutUpdate) -> Result<(), WorldError> {
+    pub(crate) fn take_note(&mut self, body: usize, update: CutUpdate) -> Result<(), WorldError> {
         let triangles = update.triangles;
         if let Some(contact) = &mut self.deformable {
-            let grown = contact.grow(&self.members, member, &triangles);
-            in_body(grown, &self.members[member].body.name)?;
+            let grown = contact.grow(&self.bodies, body, &triangles);
+            in_body(grown, &self.bodies[body].name)?;
             // Its samples are others than a snapshot has.
-            self.forget_kept();
+            self.now.kept = None;
         }
         if !triangles.is_empty() {
-            self.new_pieces.push(CutPiece { member, triangles });
+            self.new_pieces.push(CutPiece { body, triangles });
         }
         Ok(())
     }
@@ -133,22 +133,20 @@ impl World {
     /// How many edges of a cut the scene's path captures.
     #[must_use]
     pub fn capture_count(&self, cut: &scene::Cut) -> usize {
-        cut.capture_times(finest_spacing(cut, &self.members)).len()
+        cut.capture_times(finest_spacing(cut, &self.bodies)).len()
     }
 }
 
 /// Smallest mean distance (m) of neighbouring nodes of the bodies that a cut is of.
-fn finest_spacing(cut: &scene::Cut, members: &[Member]) -> f64 {
-    let bodies = members.iter().map(|member| &member.body);
+fn finest_spacing(cut: &scene::Cut, bodies: &[Body]) -> f64 {
+    let bodies = bodies.iter();
     let bodies = bodies.filter(|body| cut.body.as_ref().is_none_or(|name| *name == body.name));
-    bodies
-        .map(|body| body.spacing)
-        .fold(f64::INFINITY, f64::min)
+    bodies.fold(f64::INFINITY, |least, body| least.min(body.spacing))
 }
 
 /// When a cut is captured (s).
-pub(crate) fn capture_times(cut: &scene::Cut, members: &[Member]) -> Result<Vec<f64>, WorldError> {
-    let spacing = finest_spacing(cut, members);
+pub(crate) fn capture_times(cut: &scene::Cut, bodies: &[Body]) -> Result<Vec<f64>, WorldError> {
+    let spacing = finest_spacing(cut, bodies);
     if let scene::Capture::Spacing(share) = cut.capture {
         let distance = share * spacing;
         let count = cut.way() / distance;

@@ -29,18 +29,24 @@ const ROUND_OFF: f64 = 1e-9;
 /// What one body needs once a blade has touched it; a body that no blade touches has none.
 #[derive(Debug, Clone)]
 pub struct Cutting {
-    cuts: Cuts,
-    factors: Factors,
+    /// The cut surface, in material coordinates.
+    pub cuts: Cuts,
+    /// Factors on the pairs.
+    pub factors: Factors,
+    /// Pairs between whose nodes blades passed in the world while no surface of a cut crosses them: what
+    /// blades cut in tissue that the map does not resolve.
+    pub missed_pairs: usize,
+    /// Largest estimate of the largest eigenvalue so far, relative to the uncut body's.
+    pub growth: f64,
+    /// What cuts did to the energy.
+    pub energy: CutEnergy,
+    /// The same, stroke by stroke, in the order in which they began.
+    pub by_stroke: Vec<StrokeEnergy>,
     map: MaterialMap,
     /// Piece of each node; empty before the first cut.
     pieces: Vec<u32>,
     /// Open strokes.
     strokes: Vec<Stroke>,
-    /// Pairs that blades passed and that a cut's surface does not cross.
-    missed: usize,
-    growth: f64,
-    energy: CutEnergy,
-    by_stroke: Vec<StrokeEnergy>,
 }
 
 #[derive(Debug, Clone)]
@@ -80,7 +86,7 @@ pub(crate) struct CapturedEdge {
     /// Steps that had been taken.
     pub(crate) steps: u64,
     /// Index of the body.
-    pub(crate) member: usize,
+    pub(crate) body: usize,
     /// Index of the scene's cut.
     pub(crate) cut: usize,
     pub(crate) phase: StrokePhase,
@@ -127,7 +133,7 @@ pub struct StrokeEnergy {
 
 impl Cutting {
     /// Prepares an uncut body.
-    pub(crate) fn new(body: &Body) -> Result<Self, BodyProblem> {
+    fn new(body: &Body) -> Result<Self, BodyProblem> {
         let spacing = body.spacing;
         let edges = mean_neighbor_distance(&body.rest, &body.neighborhoods);
         let radii: Vec<f64> = edges.iter().map(|edge| MAP_SUPPORT * edge).collect();
@@ -138,23 +144,11 @@ impl Cutting {
             map,
             pieces: Vec::new(),
             strokes: Vec::new(),
-            missed: 0,
+            missed_pairs: 0,
             growth: 1.0,
             energy: CutEnergy::default(),
             by_stroke: Vec::new(),
         })
-    }
-
-    /// The cut surface, in material coordinates.
-    #[must_use]
-    pub fn cuts(&self) -> &Cuts {
-        &self.cuts
-    }
-
-    /// Factors on the pairs.
-    #[must_use]
-    pub fn factors(&self) -> &Factors {
-        &self.factors
     }
 
     /// Heap bytes of all that a cut needs.
@@ -176,31 +170,6 @@ impl Cutting {
     #[must_use]
     pub fn severed_pairs(&self) -> usize {
         self.factors.severed_count()
-    }
-
-    /// Pairs between whose nodes blades passed in the world while no surface of a cut crosses them: what
-    /// blades cut in tissue that the map does not resolve.
-    #[must_use]
-    pub fn missed_pairs(&self) -> usize {
-        self.missed
-    }
-
-    /// Largest estimate of the largest eigenvalue so far, relative to the uncut body's.
-    #[must_use]
-    pub fn growth(&self) -> f64 {
-        self.growth
-    }
-
-    /// What cuts did to the energy.
-    #[must_use]
-    pub fn energy(&self) -> CutEnergy {
-        self.energy
-    }
-
-    /// The same, stroke by stroke, in the order in which they began.
-    #[must_use]
-    pub fn by_stroke(&self) -> &[StrokeEnergy] {
-        &self.by_stroke
     }
 
     /// What is kept.
@@ -242,31 +211,8 @@ impl Cutting {
         }
     }
 
-    /// Takes what [`Cutting::sweep`] computed: the blade is where its edge is now, and the pairs that it passed are
-    /// weakened.
-    pub(crate) fn advance(&mut self, body: &Body, capture: Capture) -> CutUpdate {
-        self.missed += capture.missed;
-        let (_, first) = capture.before;
-        self.weaken(body, first, &capture.edge, Some(capture.blade))
-    }
-
-    /// Computes again what [`Cutting::advance`] did with an edge.
-    pub(crate) fn advance_again(
-        &mut self,
-        body: &Body,
-        weld_tolerance: Option<f64>,
-        edge: &CapturedEdge,
-    ) -> Result<CutUpdate, BodyProblem> {
-        self.set_weld_tolerance(body, weld_tolerance);
-        let first = self.cuts.triangle_count();
-        for patch in &edge.sweep.patches {
-            self.cuts.add_surface(&patch.vertices, &patch.triangles)?;
-        }
-        Ok(self.weaken(body, first, edge, None))
-    }
-
     /// Applies an update to the body, the one place where a cut changes it: rows of stencils, map and model.
-    pub(crate) fn apply(&mut self, body: &mut Body, update: &CutUpdate) -> Result<(), BodyProblem> {
+    fn apply(&mut self, body: &mut Body, update: &CutUpdate) -> Result<(), BodyProblem> {
         let touched = &update.touched;
         self.by_stroke[update.stroke].updates += 1;
         let factor = |pair| self.factors.factor(pair);
@@ -298,13 +244,10 @@ impl Cutting {
     ///
     /// Nothing that is given to a capture makes this fail, nor [`Cutting::apply`]: with factors between 0 and 1 and
     /// finite positions of nodes only a bug does, and it leaves some rows with the cut and others without.
-    pub(crate) fn follow(
-        &mut self,
-        body: &mut Body,
-        update: &CutUpdate,
-    ) -> Result<(), BodyProblem> {
+    fn follow(&mut self, body: &mut Body, update: &CutUpdate) -> Result<(), BodyProblem> {
         let stored = body.motion.audit().elastic;
-        let jump = body.reload()?;
+        let elastic = &mut body.elastic;
+        let jump = body.motion.refresh(|x, f| elastic.forces_again(x, f))?;
         let round_off = body.elastic.energy_round_off(body.motion.positions());
         self.energy.record(jump, stored, round_off);
         let stroke = &mut self.by_stroke[update.stroke];
@@ -345,10 +288,10 @@ impl Cutting {
     }
 
     /// Computes how a blade's edge in the world (m) moves the front of its cut to where it is in the tissue: all of a
-    /// capture that can fail. On an error nothing has changed, and [`Cutting::take_back`] undoes it.
-    pub(crate) fn sweep(
+    /// capture that can fail. On an error nothing has changed, and [`Body::take_back`] undoes it.
+    fn sweep(
         &mut self,
-        (body, member): (&Body, usize),
+        (body, index): (&Body, usize),
         (cut, weld_tolerance): (usize, Option<f64>),
         edge: &[DVec3],
         phase: StrokePhase,
@@ -381,7 +324,7 @@ impl Cutting {
         let (sweep, missed) = swept.inspect_err(|_| self.cuts.truncate(before.0, before.1))?;
         let edge = CapturedEdge {
             steps: body.motion.steps(),
-            member,
+            body: index,
             cut,
             phase,
             sweep,
@@ -394,13 +337,8 @@ impl Cutting {
         })
     }
 
-    /// Undoes [`Cutting::sweep`].
-    pub(crate) fn take_back(&mut self, capture: &Capture) {
-        let (vertices, triangles) = capture.before;
-        self.cuts.truncate(vertices, triangles);
-    }
-
-    /// Weakens the pairs that the new part of a cut crosses, and ends the stroke with its last edge.
+    /// Takes a blade to where its edge is now, weakens the pairs that the new part of a cut crosses, and ends the stroke
+    /// with its last edge.
     fn weaken(
         &mut self,
         body: &Body,
@@ -452,4 +390,117 @@ fn with_neighbors(body: &Body, nodes: &[u32]) -> Vec<u32> {
         .iter()
         .map(|&node| body.neighborhoods.row(node as usize));
     rows.flatten().chain(nodes).copied().collect()
+}
+
+impl Body {
+    /// What cuts have left of a pair's weight.
+    #[must_use]
+    pub fn factor(&self, pair: usize) -> f64 {
+        let cutting = self.cutting.as_ref();
+        cutting.map_or(1.0, |cutting| cutting.factors.factor(pair))
+    }
+
+    /// Computes what a blade's edge (m) does to the body as it is, number `index` of the world: all of a capture that can
+    /// fail. On an error the body is as before.
+    pub(crate) fn capture(
+        &mut self,
+        index: usize,
+        cut: (usize, Option<f64>),
+        edge: &[DVec3],
+        phase: StrokePhase,
+    ) -> Result<Capture, BodyProblem> {
+        let captured = self.with_cutting(|body, cutting| {
+            body.fetch_all();
+            cutting.sweep((body, index), cut, edge, phase)
+        });
+        if captured.is_err() {
+            self.forget_untouched();
+        }
+        captured
+    }
+
+    /// Undoes [`Body::capture`].
+    pub(crate) fn take_back(&mut self, capture: &Capture) {
+        if let Some(cutting) = &mut self.cutting {
+            let (vertices, triangles) = capture.before;
+            cutting.cuts.truncate(vertices, triangles);
+        }
+        self.forget_untouched();
+    }
+
+    /// A body that no capture has reached has no data of cuts.
+    fn forget_untouched(&mut self) {
+        self.cutting.take_if(|cutting| cutting.counts().0 == 0);
+    }
+
+    /// Applies a capture to the body and what touches it; also what it added to the cut. Only a bug makes it fail, see
+    /// [`Cutting::follow`].
+    pub(crate) fn apply(&mut self, capture: Capture) -> Result<CutUpdate, BodyProblem> {
+        let update = self.with_cutting(|body, cutting| {
+            // What viscosity lost in the last step is not the cut's.
+            body.relax(0.0)?;
+            cutting.missed_pairs += capture.missed;
+            let (_, first) = capture.before;
+            let update = cutting.weaken(body, first, &capture.edge, Some(capture.blade));
+            if !update.touched.is_empty() {
+                cutting.apply(body, &update)?;
+                body.cut_here(&update.touched);
+                cutting.follow(body, &update)?;
+            }
+            Ok(update)
+        })?;
+        if !update.touched.is_empty() {
+            self.tear_contacts()?;
+        }
+        Ok(update)
+    }
+
+    /// Does again what [`Body::capture`] and [`Body::apply`] did, but for what depends on the motion.
+    pub(crate) fn replay(
+        &mut self,
+        kept: &CapturedEdge,
+        weld_tolerance: Option<f64>,
+    ) -> Result<CutUpdate, BodyProblem> {
+        self.with_cutting(|body, cutting| {
+            cutting.set_weld_tolerance(body, weld_tolerance);
+            let first = cutting.cuts.triangle_count();
+            for patch in &kept.sweep.patches {
+                cutting
+                    .cuts
+                    .add_surface(&patch.vertices, &patch.triangles)?;
+            }
+            let update = cutting.weaken(body, first, kept, None);
+            if !update.touched.is_empty() {
+                cutting.apply(body, &update)?;
+            }
+            Ok(update)
+        })
+    }
+
+    /// Takes their strain from nodes that lost it in a cut for where they were then, which [`Body::replay`] does not know.
+    pub(crate) fn weaken_again(&mut self, deficient: &[u32]) {
+        let (Some(cutting), elastic) = (&self.cutting, &mut self.elastic) else {
+            return;
+        };
+        let (known, count) = (elastic.deficient_nodes(), elastic.node_count());
+        let is_missing =
+            |node: &u32| (*node as usize) < count && known.binary_search(node).is_err();
+        let missing: Vec<u32> = deficient.iter().copied().filter(is_missing).collect();
+        let positions = self.motion.positions();
+        elastic.weaken(&missing, positions, &|pair| cutting.factors.factor(pair));
+    }
+
+    /// Works on the body with its data of cuts, which the first capture makes.
+    fn with_cutting<T>(
+        &mut self,
+        work: impl FnOnce(&mut Self, &mut Cutting) -> Result<T, BodyProblem>,
+    ) -> Result<T, BodyProblem> {
+        let mut cutting = match self.cutting.take() {
+            Some(cutting) => cutting,
+            None => Cutting::new(self)?,
+        };
+        let result = work(self, &mut cutting);
+        self.cutting = Some(cutting);
+        result
+    }
 }

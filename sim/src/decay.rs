@@ -32,15 +32,20 @@ impl Body {
         self.jump().map(Some)
     }
 
-    /// Books the work (J) of gradients and bonds after the step, of which `half` is what [`Body::decay`] returned.
-    pub(crate) fn book_decay(&mut self, half: f64) -> f64 {
-        if !self.is_explicit() {
-            return half;
+    /// Books the work (J) of gradients and bonds after the step, of which `half` is what [`Body::decay`] returned, with
+    /// the body's cuts; nothing of a body without any.
+    pub(crate) fn book_decay(&mut self, half: f64) {
+        if self.cutting.is_none() {
+            return;
         }
-        let [offsets, bonds] = self.decay_works();
-        let work = half + offsets + bonds;
-        self.motion.correct_energy(work);
-        work
+        let mut work = half;
+        if self.is_explicit() {
+            let [offsets, bonds] = self.decay_works();
+            work = half + offsets + bonds;
+            self.motion.correct_energy(work);
+        }
+        let cutting = self.cutting.iter_mut();
+        cutting.for_each(|cutting| cutting.add_decay(work));
     }
 
     /// Advances viscosity by `step` (s): forces are then those of the step's potential, and the energy that

@@ -8,9 +8,9 @@ use phyxel_integrate::{
 };
 use phyxel_splat::{CAPSULE, Tissue, TissueSettings};
 
+use crate::Body;
 use crate::error::{BodyProblem, WorldError, in_body};
 use crate::scene::Scene;
-use crate::{Body, Member};
 
 /// Samples per squared spacing of nodes.
 const DENSITY: f64 = 4.0;
@@ -38,8 +38,6 @@ struct Surface {
 pub(crate) struct DeformableBodies {
     pub(crate) contact: DeformableContact,
     surfaces: Vec<Surface>,
-    /// Acceleration (m/s²) of gravity in full.
-    gravity: f64,
     rest: Vec<DVec3>,
     masses: Vec<f64>,
     positions: Vec<DVec3>,
@@ -50,12 +48,12 @@ pub(crate) struct DeformableBodies {
 
 impl DeformableBodies {
     /// The uncut bodies of a scene; `None` if it asks for no contact between them.
-    pub(crate) fn new(scene: &Scene, members: &[Member]) -> Result<Option<Self>, WorldError> {
+    pub(crate) fn new(scene: &Scene, bodies: &[Body]) -> Result<Option<Self>, WorldError> {
         let Some(contact) = &scene.contact else {
             return Ok(None);
         };
         let (mut surfaces, mut rest, mut masses) = (Vec::new(), Vec::new(), Vec::new());
-        for (Member { body, .. }, description) in members.iter().zip(&scene.bodies) {
+        for (body, description) in bodies.iter().zip(&scene.bodies) {
             surfaces.push(Surface {
                 tissue: in_body(tissue_of(body), &body.name)?,
                 samples: Vec::new(),
@@ -73,11 +71,10 @@ impl DeformableBodies {
             contact: DeformableContact::new(
                 ContactDisks::default(),
                 DeformableSettings::default(),
-                index(members.len()),
+                index(bodies.len()),
                 friction,
             ),
             surfaces,
-            gravity: (scene.gravity).map_or(0.0, |gravity| gravity.acceleration.length()),
             positions: rest.clone(),
             moved: vec![DVec3::ZERO; rest.len()],
             pieces: vec![u32::MAX; rest.len()],
@@ -85,7 +82,7 @@ impl DeformableBodies {
             masses,
         };
         let mut disks = ContactDisks::default();
-        for body in 0..members.len() {
+        for body in 0..bodies.len() {
             all.take_new(body, &mut disks);
         }
         all.contact.set_disks(disks, &[], &[]);
@@ -132,54 +129,49 @@ impl DeformableBodies {
     /// Follows a cut that a body has taken: new flanks, and surfels that see other nodes.
     pub(crate) fn grow(
         &mut self,
-        members: &[Member],
-        body: usize,
+        bodies: &[Body],
+        index: usize,
         triangles: &[[DVec3; 3]],
     ) -> Result<(), BodyProblem> {
-        let member = &members[body];
+        let body = &bodies[index];
         let Surface {
             tissue, samples, ..
-        } = &mut self.surfaces[body];
-        let mut changed = member.cut_surface(tissue, triangles)?;
-        changed.extend(tissue.part(&member.pieces().piece));
+        } = &mut self.surfaces[index];
+        let mut changed = body.cut_surface(tissue, triangles)?;
+        changed.extend(tissue.part(&body.pieces().piece));
         let known = samples.len();
         if changed.iter().all(|surfel| *surfel as usize >= known) && tissue.surfels().len() == known
         {
             return Ok(());
         }
         let changed = changed.iter().map(|&surfel| surfel as usize);
-        self.begin(members);
+        self.begin(bodies);
         let mut disks = self.contact.take_disks(&self.positions);
         let mut set = Vec::new();
         for surfel in changed.filter(|surfel| *surfel < known) {
-            let (sample, nodes) = self.sample(body, surfel);
-            let at = self.surfaces[body].samples[surfel] as usize;
+            let (sample, nodes) = self.sample(index, surfel);
+            let at = self.surfaces[index].samples[surfel] as usize;
             disks.set(at, sample, &nodes, &self.rest);
             set.push(at);
         }
-        self.take_new(body, &mut disks);
+        self.take_new(index, &mut disks);
         self.contact.set_disks(disks, &set, &self.positions);
         Ok(())
     }
 
     /// Begins a step. Offsets learn at half the rate of the least damping, so that they feed no motion. What lies by its
-    /// weight loses its bounce at the rate of that damping, from which rigid motions of free bodies are spared.
-    pub(crate) fn begin_step(&mut self, members: &[Member]) {
-        let damping = members
-            .iter()
-            .map(|member| member.body.motion.settings().damping);
+    /// weight, by `gravity` (m/s²) in full, loses its bounce at the rate of that damping, from which rigid motions of free
+    /// bodies are spared.
+    pub(crate) fn begin_step(&mut self, bodies: &[Body], gravity: f64) {
+        let damping = bodies.iter().map(|body| body.motion.settings().damping);
         let least = damping.fold(f64::INFINITY, f64::min);
-        let drag = if self.gravity > 0.0 {
-            least / self.gravity
-        } else {
-            0.0
-        };
+        let drag = if gravity > 0.0 { least / gravity } else { 0.0 };
         self.contact.set_rates(LEARNING * least, drag);
-        self.begin(members);
+        self.begin(bodies);
         self.pieces.fill(u32::MAX);
-        let bodies = members.iter().zip(&self.surfaces);
-        let pieces = bodies.flat_map(|(member, surface)| {
-            let pieces = member.body.motion.free_pieces();
+        let bodies = bodies.iter().zip(&self.surfaces);
+        let pieces = bodies.flat_map(|(body, surface)| {
+            let pieces = body.motion.free_pieces();
             pieces.map(move |nodes| (nodes, surface.first))
         });
         for (piece, (nodes, first)) in (0..).zip(pieces) {
@@ -190,8 +182,8 @@ impl DeformableBodies {
     }
 
     /// Remembers where a body's nodes are at the begin of a step.
-    fn begin(&mut self, members: &[Member]) {
-        for (Member { body, .. }, surface) in members.iter().zip(&self.surfaces) {
+    fn begin(&mut self, bodies: &[Body]) {
+        for (body, surface) in bodies.iter().zip(&self.surfaces) {
             let (x, first) = (body.motion.positions(), surface.first);
             self.positions[first..first + x.len()].copy_from_slice(x);
         }
@@ -229,19 +221,19 @@ impl DeformableBodies {
     }
 
     /// The bound of what contact adds to the largest eigenvalue where bodies are now, if it is another than before.
-    pub(crate) fn new_bound(&mut self, members: &[Member]) -> Option<f64> {
-        self.begin(members);
+    pub(crate) fn new_bound(&mut self, bodies: &[Body]) -> Option<f64> {
+        self.begin(bodies);
         self.contact.update_lists(&self.positions);
         self.contact.new_bound(&self.masses)
     }
 
     /// Contact pressure (Pa) at each node of a body.
-    pub(crate) fn pressures(&self, members: &[Member], body: usize) -> Vec<f64> {
-        let positions = members.iter().map(|member| member.body.motion.positions());
+    pub(crate) fn pressures(&self, bodies: &[Body], body: usize) -> Vec<f64> {
+        let positions = bodies.iter().map(|body| body.motion.positions());
         let positions = positions.collect::<Vec<_>>().concat();
         let mut all = self.contact.pressures(&positions);
         all.drain(..self.surfaces[body].first);
-        all.truncate(members[body].body.rest.len());
+        all.truncate(bodies[body].rest.len());
         all
     }
 
@@ -292,7 +284,7 @@ fn index(count: usize) -> u32 {
 mod tests {
     use crate::scene::{BodyContact, Target, embedded};
     use crate::testing::{assert_alike, small};
-    use crate::{Member, World};
+    use crate::{Body, World};
 
     /// Sum of the amounts of all normal forces (N).
     fn normal(world: &World) -> f64 {
@@ -338,7 +330,7 @@ mod tests {
         );
         assert!(pressed > 0.0, "they are pressed");
         let contact = &world.deformable.as_ref().unwrap().contact;
-        let (state, motion) = (contact.state(), &world.members()[0].body.motion);
+        let (state, motion) = (contact.state(), &world.bodies()[0].motion);
         let (nodes, moved) = (motion.positions().len(), motion.audit().scale());
         let error = state.energy_error();
         assert!(error.abs() < 0.002 * moved, "{error} of {moved}");
@@ -372,11 +364,11 @@ mod tests {
             while !world.is_over() {
                 world.step().unwrap();
             }
-            let middle = |member: &Member| {
-                let places = member.body.motion.positions();
+            let middle = |body: &Body| {
+                let places = body.motion.positions();
                 places.iter().map(|x| x.x).sum::<f64>() / places.len() as f64
             };
-            let [a, b] = world.members() else {
+            let [a, b] = world.bodies() else {
                 panic!("two bodies")
             };
             (middle(a) < middle(b), world.alarms().to_vec())
@@ -418,13 +410,13 @@ mod tests {
                 }
             })
             .unwrap();
-        let spacing = world.members[0].body.spacing;
+        let spacing = world.bodies[0].spacing;
         assert!(deepest < 0.25 * spacing, "{deepest} m of {spacing} m");
-        let weight = world.members[1].body.initial.mass * 9.81;
+        let weight = world.bodies[1].mass * 9.81;
         let mean = push / time / weight;
         assert!((mean - 1.0).abs() < 0.2, "it bears {mean} of its weight");
         let pressures = world.contact_pressures(1).unwrap();
-        let body = &world.members[1].body;
+        let body = &world.bodies[1];
         let mean = |below: bool| {
             let nodes = body.rest.iter().zip(&pressures);
             let nodes: Vec<f64> = nodes

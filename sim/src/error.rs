@@ -141,12 +141,7 @@ pub enum BodyProblem {
 
 impl BodyProblem {
     /// The same with the body's name.
-    pub(crate) fn of(self, body: &crate::Body) -> WorldError {
-        self.named(&body.name)
-    }
-
-    /// The same with the body's name.
-    pub(crate) fn named(self, body: &str) -> WorldError {
+    pub(crate) fn of(self, body: &str) -> WorldError {
         WorldError::Body {
             body: body.to_owned(),
             problem: self,
@@ -159,7 +154,7 @@ pub(crate) fn in_body<T>(
     result: Result<T, impl Into<BodyProblem>>,
     body: &str,
 ) -> Result<T, WorldError> {
-    result.map_err(|problem| problem.into().named(body))
+    result.map_err(|problem| problem.into().of(body))
 }
 
 /// A world that cannot be built or stepped.

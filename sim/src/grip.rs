@@ -4,10 +4,10 @@ use glam::DVec3;
 use phyxel_integrate::Grip;
 use serde::{Deserialize, Serialize};
 
+use crate::World;
 use crate::error::WorldError;
 use crate::input::Action;
 use crate::scene::Pose;
-use crate::{Member, World};
 
 /// What replaces values of the scene.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -24,11 +24,14 @@ impl World {
         for action in self.input.holds(step) {
             match action {
                 Action::Grip { point, radius } => {
-                    self.input.begin_grip();
+                    // The hand has not moved yet.
+                    if let Some(hand) = self.input.state.poses.last_mut() {
+                        *hand = Pose::IDENTITY;
+                    }
                     self.grip(point, radius);
                 }
                 Action::LetGo => {
-                    for Member { body, .. } in &mut self.members {
+                    for body in &mut self.bodies {
                         body.grip = None;
                     }
                 }
@@ -46,7 +49,7 @@ impl World {
                 Action::Tool { .. } | Action::Blade { .. } | Action::Pull { .. } => continue,
             }
             // Steps before this must not be retried with it.
-            self.forget_kept();
+            self.now.kept = None;
         }
         Ok(())
     }
@@ -54,7 +57,7 @@ impl World {
     /// Grips every body that has nodes there.
     fn grip(&mut self, point: DVec3, radius: f64) {
         let step = self.now.step;
-        for (Member { body, .. }, description) in self.members.iter_mut().zip(&self.scene.bodies) {
+        for (body, description) in self.bodies.iter_mut().zip(&self.scene.bodies) {
             let modulus = description.material.youngs_modulus;
             // Less than a node spacing would find none on one position and one on another.
             let radius = radius.max(body.spacing);
@@ -67,7 +70,7 @@ impl World {
     /// Force (N) on the grip, at the end of the last step; `None` if it holds nothing.
     #[must_use]
     pub fn grip_force(&self) -> Option<DVec3> {
-        let grips = self.members.iter().filter_map(|m| m.body.grip.as_ref());
+        let grips = self.bodies.iter().filter_map(|m| m.grip.as_ref());
         grips.map(Grip::force).reduce(|sum, force| sum + force)
     }
 
@@ -81,8 +84,8 @@ impl World {
     /// Mass-proportional damping (1/s) once settled, of the first body where they differ.
     #[must_use]
     pub fn damping(&self) -> f64 {
-        let first = self.members.first();
-        let own = first.map_or(0.0, |member| member.body.damping);
+        let first = self.bodies.first();
+        let own = first.map_or(0.0, |body| body.damping);
         self.now.adjusted.damping.unwrap_or(own)
     }
 

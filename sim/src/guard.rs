@@ -10,13 +10,13 @@ use std::time::Instant;
 use glam::DVec3;
 use phyxel_integrate::{DeformableForce, DeformableState, RigidEnergies, StepControl};
 
+use crate::World;
 use crate::body::Body;
+use crate::body_state::BodyState;
 use crate::error::{BodyProblem, WorldError, in_body};
-use crate::member::BodyState;
 use crate::phases::Phase;
 use crate::scene::Pose;
 use crate::tool::ToolContact;
-use crate::{Member, World};
 
 /// Products with the stiffness per estimate of the largest eigenvalue; it starts at the vector of the last.
 const ESTIMATE_PRODUCTS: usize = 2;
@@ -40,16 +40,16 @@ pub(crate) struct Kept {
 
 impl Kept {
     /// Whether it can be one of these bodies with so many tools.
-    pub(crate) fn is_sound(&self, members: &[Member], poses: usize) -> bool {
+    pub(crate) fn is_sound(&self, bodies: &[Body], poses: usize) -> bool {
         let finite = |rigid: &RigidEnergies| rigid.kinetic.is_finite() && rigid.lag.is_finite();
         let mut taken = self.taken.iter();
-        let mut bodies = self.bodies.iter().zip(members);
-        [self.bodies.len(), self.rigid.len()] == [members.len(); 2]
+        let mut kept = self.bodies.iter().zip(bodies);
+        [self.bodies.len(), self.rigid.len()] == [bodies.len(); 2]
             && self.rigid.iter().all(finite)
             && self.gravity.is_none_or(DVec3::is_finite)
             && self.poses.len() == poses
             && taken.all(|(step, to)| step.is_finite() && *step > 0.0 && to.len() == poses)
-            && bodies.all(|(body, member)| body.fits(member))
+            && kept.all(|(kept, body)| kept.fits(body))
     }
 }
 
@@ -71,7 +71,7 @@ impl World {
     /// it fails.
     pub(crate) fn advance_safely(&mut self, step: f64, poses: &[Pose]) -> Result<(), WorldError> {
         let from = self.input.state.poses.clone();
-        if !self.is_explicit() {
+        if self.scene.integration.scheme.step().is_some() {
             return self.advance_in_parts(step, 1, &from, poses);
         }
         if self.steps().is_multiple_of(StepControl::STEPS) {
@@ -82,7 +82,8 @@ impl World {
         if self.now.kept.is_none() {
             self.keep();
         }
-        let smallest = self.smallest_step();
+        // Below it a run leads nowhere.
+        let smallest = StepControl::smallest_step(self.first_step());
         let stable = self.check_step(smallest);
         let vanished = stable.is_err();
         let result = stable.and_then(|()| self.advance_in_parts(step, 1, &from, poses));
@@ -115,11 +116,6 @@ impl World {
         self.check_energy().or_else(|error| self.retake(error))
     }
 
-    /// Step (s) below which a run leads nowhere.
-    fn smallest_step(&self) -> f64 {
-        StepControl::smallest_step(self.first_step())
-    }
-
     /// Whether the stable step is above one (s) that leads nowhere.
     pub(crate) fn check_step(&self, smallest: f64) -> Result<(), WorldError> {
         let (first, step) = (self.first_step(), self.step_size());
@@ -141,37 +137,27 @@ impl World {
 
     fn blame_stiffest(&self, problem: BodyProblem) -> Result<(), WorldError> {
         let stiffest = self.stiffest_body();
-        stiffest.map_or(Ok(()), |at| Err(problem.of(&self.members[at].body)))
+        stiffest.map_or(Ok(()), |at| Err(problem.of(&self.bodies[at].name)))
     }
 
     /// Number of the body of largest eigenvalue.
     pub(crate) fn stiffest_body(&self) -> Option<usize> {
-        let stiffness = |at: &usize| self.members[*at].body.current_eigenvalue();
-        (0..self.members.len()).max_by(|a, b| stiffness(a).total_cmp(&stiffness(b)))
-    }
-
-    /// Forgets the snapshot: it is of another model, or of another part of the scene.
-    pub(crate) fn forget_kept(&mut self) {
-        self.now.kept = None;
+        let stiffness = |at: &usize| self.bodies[*at].current_eigenvalue();
+        (0..self.bodies.len()).max_by(|a, b| stiffness(a).total_cmp(&stiffness(b)))
     }
 
     /// Brings here what partitions of bodies have of the snapshot.
     pub(crate) fn fetch_kept(&mut self) {
         let kept = self.now.kept.iter_mut().flat_map(|kept| &mut kept.bodies);
-        for (member, state) in self.members.iter_mut().zip(kept) {
-            member.body.fetch_kept(state);
+        for (body, state) in self.bodies.iter_mut().zip(kept) {
+            body.fetch_kept(state);
         }
     }
 
-    fn is_explicit(&self) -> bool {
-        self.scene.integration.scheme.step().is_none()
-    }
-
     fn keep(&mut self) {
-        let rigid = |member: &mut Member| member.body.rigid_energies();
         self.now.kept = Some(Kept {
-            rigid: self.members.iter_mut().map(rigid).collect(),
-            bodies: self.members.iter_mut().map(Member::keep).collect(),
+            rigid: self.bodies.iter_mut().map(Body::rigid_energies).collect(),
+            bodies: self.bodies.iter_mut().map(Body::keep).collect(),
             contact: (self.deformable.as_ref()).map(|contact| contact.contact.state().clone()),
             gravity: self.now.gravity,
             poses: self.input.state.poses.clone(),
@@ -205,10 +191,7 @@ impl World {
             WorldError::Body {
                 body,
                 problem: BodyProblem::Step(source),
-            } => Err(WorldError::Body {
-                body,
-                problem: BodyProblem::StepsFailed { source },
-            }),
+            } => Err(BodyProblem::StepsFailed { source }.of(&body)),
             _ => Err(last),
         }
     }
@@ -260,8 +243,9 @@ impl World {
         end: &[Pose],
     ) -> u32 {
         let mut most = 1;
-        for Member { body, contacts, .. } in &mut self.members {
-            for ToolContact { tool, rigid, .. } in contacts.iter() {
+        for body in &mut self.bodies {
+            for at in 0..body.contacts.len() {
+                let ToolContact { tool, rigid, .. } = &body.contacts[at];
                 let stride = rigid.stride(&start[*tool], &end[*tool], step, body.spacing);
                 if stride.is_jump() {
                     start[*tool] = end[*tool];
@@ -284,14 +268,14 @@ impl World {
         let start = Instant::now();
         let mut any = false;
         if let Some(contact) = &mut self.deformable
-            && let Some(bound) = contact.new_bound(&self.members)
+            && let Some(bound) = contact.new_bound(&self.bodies)
         {
             any = true;
-            for Member { body, .. } in &mut self.members {
+            for body in &mut self.bodies {
                 body.contact_eigenvalue = bound;
             }
         }
-        for Member { body, .. } in &mut self.members {
+        for body in &mut self.bodies {
             any |= in_body(body.follow_stiffness(), &body.name)?;
         }
         if any {
@@ -304,12 +288,12 @@ impl World {
     /// Estimates the largest eigenvalues where the bodies are now and chooses the step again.
     pub(crate) fn estimate_eigenvalues(&mut self, products: usize) -> Result<(), WorldError> {
         let start = Instant::now();
-        for member in &mut self.members {
+        for body in &mut self.bodies {
             // Before the first evaluation a body has no forces to hand over.
-            let begun = !member.body.motion.state().forces.is_empty();
-            let handed = if begun { member.hand_over() } else { Ok(()) };
-            let estimate = handed.and_then(|()| member.body.estimate_eigenvalue(products));
-            in_body(estimate, &member.body.name)?;
+            let begun = !body.motion.state().forces.is_empty();
+            let handed = if begun { body.hand_over() } else { Ok(()) };
+            let estimate = handed.and_then(|()| body.estimate_eigenvalue(products));
+            in_body(estimate, &body.name)?;
         }
         self.now.step = self.smallest_step_size();
         self.phases.add(Phase::Integration, start.elapsed());
@@ -328,12 +312,12 @@ impl World {
     fn check_energy_since(&mut self, kept: &Kept) -> Result<(), WorldError> {
         let (mut moved, mut floor) = (0.0, 0.0);
         let before = kept.bodies.iter().zip(&kept.rigid);
-        for (Member { body, .. }, (before, rigid)) in self.members.iter_mut().zip(before) {
+        for (body, (before, rigid)) in self.bodies.iter_mut().zip(before) {
             let rigid = [*rigid, body.rigid_energies()];
             let round_off = body.elastic.energy_round_off(body.motion.positions());
             if let Some(share) = body.motion.gained_since(&before.motion, rigid, round_off) {
                 let time = body.motion.time();
-                return Err(BodyProblem::Unbalanced { share, time }.of(body));
+                return Err(BodyProblem::Unbalanced { share, time }.of(&body.name));
             }
             moved += (body.motion.audit()).scale_since(&before.motion.audit, rigid);
             floor += round_off;
@@ -345,9 +329,9 @@ impl World {
         let pair = contact.contact.between().iter().max_by(hardest);
         let share = contact.contact.state().gained_since(before, moved, floor);
         share.zip(pair).map_or(Ok(()), |(share, pair)| {
-            let body = &self.members[pair.bodies[0] as usize].body;
+            let body = &self.bodies[pair.bodies[0] as usize];
             let time = body.motion.time();
-            Err(BodyProblem::Unbalanced { share, time }.of(body))
+            Err(BodyProblem::Unbalanced { share, time }.of(&body.name))
         })
     }
 }
@@ -387,12 +371,12 @@ mod tests {
     }
 
     fn updates(world: &World) -> usize {
-        let cutting = world.members[0].cutting.as_ref();
+        let cutting = world.bodies[0].cutting.as_ref();
         cutting.map_or(0, |cutting| cutting.counts().1)
     }
 
     fn scale(world: &World) -> f64 {
-        let audit = world.members()[0].body.motion.audit();
+        let audit = world.bodies()[0].motion.audit();
         audit.elastic.max(audit.kinetic)
     }
 
@@ -409,7 +393,7 @@ mod tests {
         assert_eq!(sound.retaken(), Retaken::default());
 
         let mut rash = block(Vec::new());
-        rash.members[0].body.step_factor = 1.02;
+        rash.bodies[0].step_factor = 1.02;
         rash.estimate_eigenvalues(RETAKE_PRODUCTS).unwrap();
         while rash.time() < until {
             rash.step().unwrap();
@@ -426,7 +410,7 @@ mod tests {
         let mut stroke = stroke([(0.0, -0.04), (0.4, 0.04)]);
         stroke.capture = Capture::Distance(1e-4);
         let mut rash = block(vec![stroke]);
-        rash.members[0].body.step_factor = 1.02;
+        rash.bodies[0].step_factor = 1.02;
         rash.estimate_eigenvalues(RETAKE_PRODUCTS).unwrap();
         let mut most = 0.0_f64;
         while rash.time() < 0.35 {
@@ -452,7 +436,7 @@ mod tests {
         let mut relaxed = 0.0;
         while world.time() < 0.6 {
             world.step().unwrap();
-            let body = &world.members()[0].body;
+            let body = &world.bodies()[0];
             // The loss of a step is seen with the next; at large strain single steps may gain.
             assert!(
                 body.relaxed > relaxed - 1e-7,
@@ -463,7 +447,7 @@ mod tests {
         }
         let updates = updates(&world);
         assert!(updates > 5, "{updates} updates");
-        let audit = world.members()[0].body.motion.audit();
+        let audit = world.bodies()[0].motion.audit();
         let off = audit.energy_error().abs() / scale(&world);
         assert!(off < 1e-3, "{off}");
         assert_eq!(world.retaken(), Retaken::default());
@@ -479,7 +463,7 @@ mod tests {
             let mut world = World::new(scene).unwrap();
             world.step().unwrap();
             let rash = |world: &mut World| {
-                world.members[0].body.stiffness.estimates = [1e40; 2];
+                world.bodies[0].stiffness.estimates = [1e40; 2];
                 world.estimate_eigenvalues(ESTIMATE_PRODUCTS).unwrap();
             };
             // From a valid state it is retried.
@@ -487,7 +471,7 @@ mod tests {
             world.step().unwrap();
             assert_eq!(world.retaken().stretches, 1);
             rash(&mut world);
-            world.forget_kept();
+            world.now.kept = None;
             let error = world.step().unwrap_err().to_string();
             assert!(error.contains("stable step has fallen"), "{error}");
         }

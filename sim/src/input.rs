@@ -144,19 +144,11 @@ impl Input {
     }
 }
 
-/// A capture of a blade that is due at a scene time.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Due {
-    time: f64,
-    cut: usize,
-    phase: StrokePhase,
-}
-
 /// The inputs of tools and blades: from the scene or pushed by a program, with a record if one is asked for.
 #[derive(Debug, Clone)]
 pub(crate) struct InputSource {
-    /// Captures of blades by the scene's paths, in order.
-    due: Vec<Due>,
+    /// Captures of blades by the scene's paths, in order: scene time (s), cut, phase.
+    due: Vec<(f64, usize, StrokePhase)>,
     pub(crate) state: InputState,
 }
 
@@ -176,20 +168,16 @@ pub(crate) struct InputState {
 impl InputSource {
     /// Of what the scene says, its cuts captured at these times (s).
     pub(crate) fn of(scene: &Scene, captures: Vec<Vec<f64>>) -> Self {
-        let mut due: Vec<Due> = Vec::new();
+        let mut due = Vec::new();
         for (cut, times) in captures.into_iter().enumerate() {
             let last = times.len().saturating_sub(1);
-            due.extend(times.into_iter().enumerate().map(|(k, time)| Due {
-                time,
-                cut,
-                phase: match k {
-                    0 => StrokePhase::Start,
-                    k if k == last => StrokePhase::End,
-                    _ => StrokePhase::Update,
-                },
+            due.extend(times.into_iter().enumerate().map(|(k, time)| match k {
+                0 => (time, cut, StrokePhase::Start),
+                k if k == last => (time, cut, StrokePhase::End),
+                _ => (time, cut, StrokePhase::Update),
             }));
         }
-        due.sort_by(|a, b| a.time.total_cmp(&b.time).then(a.cut.cmp(&b.cut)));
+        due.sort_by(|(a, first, _), (b, second, _)| a.total_cmp(b).then(first.cmp(second)));
         let poses = scene.tools.iter().map(|tool| tool.pose_at(0.0));
         Self {
             due,
@@ -230,8 +218,8 @@ impl InputSource {
         let Some(given) = &self.state.given else {
             let now = time.unwrap_or(f64::NEG_INFINITY);
             let next = self.due.get(self.state.next);
-            let at = next.filter(|due| due.time <= now)?;
-            return Some((at.cut, at.phase, scene.cuts[at.cut].edge_at(at.time)));
+            let &(time, cut, phase) = next.filter(|(time, ..)| *time <= now)?;
+            return Some((cut, phase, scene.cuts[cut].edge_at(time)));
         };
         let mut now = given.iter().take_while(|input| input.step <= step);
         now.find_map(|input| match &input.action {
@@ -314,13 +302,6 @@ impl InputSource {
             }
         }
         poses
-    }
-
-    /// Another grip begins: the hand has not moved yet.
-    pub(crate) fn begin_grip(&mut self) {
-        if let Some(hand) = self.state.poses.last_mut() {
-            *hand = Pose::IDENTITY;
-        }
     }
 
     /// Whether a snapshot has as many poses as there are tools, and inputs that the scene knows.

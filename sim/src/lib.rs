@@ -7,6 +7,7 @@ mod trainer {}
 
 mod alarm;
 mod body;
+mod body_state;
 mod capture;
 mod cutting;
 mod decay;
@@ -15,7 +16,6 @@ mod error;
 mod grip;
 mod guard;
 mod input;
-mod member;
 mod memory;
 mod model;
 mod moves;
@@ -27,6 +27,7 @@ mod shares;
 mod state;
 mod stiffness;
 mod support;
+mod surface;
 mod tool;
 
 use std::sync::{Arc, Mutex};
@@ -44,16 +45,15 @@ pub use {
 pub use body::Body;
 use capture::capture_times;
 pub use cutting::{Cutting, StrokeEnergy};
+use error::in_body;
 pub use error::{BodyProblem, WorldError};
 pub use guard::Retaken;
 pub use input::{Action, Input, InputError, StrokePhase};
-pub use member::Member;
 pub use memory::{MemoryShortage, ask_memory};
 pub use model::elastic_stencils;
 pub use parts::PartCost;
 pub use phases::{Phase, Phases, Spent};
 pub use phyxel_integrate::CutEnergy;
-pub use shape::extent;
 pub use shares::BodyShares;
 use state::Standing;
 pub use state::WorldState;
@@ -68,7 +68,7 @@ use scene::Scene;
 #[derive(Debug, Clone)]
 pub struct CutPiece {
     /// Index of the body.
-    pub member: usize,
+    pub body: usize,
     /// New triangles, corners in material coordinates (m).
     pub triangles: Vec<[DVec3; 3]>,
 }
@@ -80,7 +80,7 @@ pub struct CutPiece {
 #[derive(Debug, Clone)]
 pub struct World {
     scene: Scene,
-    members: Vec<Member>,
+    bodies: Vec<Body>,
     /// Contact between bodies, if the scene asks for it.
     deformable: Option<Box<DeformableBodies>>,
     first_step: f64,
@@ -103,9 +103,7 @@ impl World {
     /// # Errors
     /// [`WorldError`] with the value of the scene or the body at fault.
     pub fn new(scene: Scene) -> Result<Self, WorldError> {
-        Self::with(scene, |scene, description| {
-            Member::new(scene, description, Body::new(scene, description)?)
-        })
+        Self::with(scene, Body::new)
     }
 
     /// As [`World::new`], with the nodes of the bodies partitioned: shares estimate the eigenvalue from which the step is
@@ -120,44 +118,28 @@ impl World {
         shares: Arc<Mutex<dyn BodyShares>>,
         builders: &rayon::ThreadPool,
     ) -> Result<Self, WorldError> {
-        let refused = if scene.bodies.len() != 1 {
-            Some("one of several bodies")
-        } else if scene.contact.is_some() {
-            Some("contact between bodies (contact)")
-        } else {
-            None
-        };
         Self::with(scene, |scene, description| {
-            let named = |problem: BodyProblem| problem.named(&description.name);
-            if let Some(reason) = refused {
-                return Err(named(BodyProblem::NotShared(reason)));
-            }
-            let mut member = builders.install(|| {
-                let body = Body::build(scene, description).map_err(named)?;
-                Member::new(scene, description, body)
-            })?;
-            let shared = member.share_out(shares.clone(), description.damping_ratio);
-            shared.map_err(named)?;
-            Ok(member)
+            let shared = Body::shared(scene, description, shares.clone(), builders);
+            in_body(shared, &description.name)
         })
     }
 
     fn with(
         scene: Scene,
-        member: impl Fn(&Scene, &scene::Body) -> Result<Member, WorldError>,
+        body: impl Fn(&Scene, &scene::Body) -> Result<Body, WorldError>,
     ) -> Result<Self, WorldError> {
         scene.validate().map_err(|fault| WorldError::Scene {
             name: scene.name.clone(),
             fault: Box::new(fault),
         })?;
         let mut phases = Phases::default();
-        let members = phases.time(Phase::Setup, || {
+        let bodies = phases.time(Phase::Setup, || {
             let bodies = scene.bodies.iter();
-            let members = bodies.map(|description| member(&scene, description));
-            members.collect::<Result<Vec<_>, WorldError>>()
+            let bodies = bodies.map(|description| body(&scene, description));
+            bodies.collect::<Result<Vec<_>, WorldError>>()
         })?;
-        let deformable = phases.time(Phase::Setup, || DeformableBodies::new(&scene, &members))?;
-        let captures = scene.cuts.iter().map(|cut| capture_times(cut, &members));
+        let deformable = phases.time(Phase::Setup, || DeformableBodies::new(&scene, &bodies))?;
+        let captures = scene.cuts.iter().map(|cut| capture_times(cut, &bodies));
         let captures = captures.collect::<Result<_, _>>()?;
         let mut world = Self {
             now: Standing {
@@ -166,7 +148,7 @@ impl World {
             },
             input: InputSource::of(&scene, captures),
             scene,
-            members,
+            bodies,
             deformable: deformable.map(Box::new),
             first_step: 0.0,
             phases,
@@ -192,25 +174,25 @@ impl World {
 
     /// The bodies.
     #[must_use]
-    pub fn members(&self) -> &[Member] {
-        &self.members
+    pub fn bodies(&self) -> &[Body] {
+        &self.bodies
     }
 
-    /// Positions (m) of a body's nodes, as [`World::members`] counts bodies, to be drawn, written and measured: see
+    /// Positions (m) of a body's nodes, as [`World::bodies`] counts them, to be drawn, written and measured: see
     /// [`Body::smoothed_positions`]. A shared body's are those of the last [`World::fetch`].
     ///
     /// # Panics
     /// If there is no such body.
     #[must_use]
     pub fn positions(&self, body: usize) -> Vec<DVec3> {
-        self.members[body].body.smoothed_positions()
+        self.bodies[body].smoothed_positions()
     }
 
     /// Time (s) since the first step, settling included.
     #[must_use]
     pub fn time(&self) -> f64 {
-        let first = self.members.first();
-        first.map_or(0.0, |member| member.body.motion.time())
+        let first = self.bodies.first();
+        first.map_or(0.0, |body| body.motion.time())
     }
 
     /// Scene time (s); `None` while settling.
@@ -234,8 +216,8 @@ impl World {
     /// Steps taken, settling included.
     #[must_use]
     pub fn steps(&self) -> u64 {
-        let first = self.members.first();
-        first.map_or(0, |member| member.body.motion.steps())
+        let first = self.bodies.first();
+        first.map_or(0, |body| body.motion.steps())
     }
 
     /// Stopwatches; the run loop adds its own phases here too.
@@ -320,7 +302,7 @@ impl World {
                 pose,
                 ..ToolForce::default()
             };
-            for contact in self.members.iter().flat_map(|member| &member.contacts) {
+            for contact in self.bodies.iter().flat_map(|body| &body.contacts) {
                 if contact.tool == index {
                     contact.add_to(&mut sum);
                 }
@@ -346,7 +328,7 @@ impl World {
     #[must_use]
     pub fn contact_pressures(&self, body: usize) -> Option<Vec<f64>> {
         let contact = self.deformable.as_ref();
-        contact.map(|contact| contact.pressures(&self.members, body))
+        contact.map(|contact| contact.pressures(&self.bodies, body))
     }
 
     /// Takes one step: blades first, then motion with the tools.
@@ -362,7 +344,7 @@ impl World {
             return Err(WorldError::NeverStarted { limit });
         }
         let number = self.steps();
-        if self.members.len() > 1
+        if self.bodies.len() > 1
             && self.deformable.is_none()
             && number.is_multiple_of(StepControl::STEPS)
         {
@@ -423,7 +405,7 @@ impl World {
     }
 
     fn smallest_step_size(&self) -> f64 {
-        let steps = self.members.iter().map(|member| member.body.step_size());
+        let steps = self.bodies.iter().map(|body| body.step_size());
         steps.fold(f64::INFINITY, f64::min) / self.now.control.divisor
     }
 }

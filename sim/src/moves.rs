@@ -9,7 +9,7 @@ use crate::deformable::DeformableBodies;
 use crate::error::{WorldError, in_body};
 use crate::phases::{Phase, Phases};
 use crate::scene::Pose;
-use crate::{Member, World};
+use crate::{Body, World};
 
 /// Time in parts of a body's step.
 #[derive(Debug, Clone, Copy, Default)]
@@ -39,8 +39,8 @@ impl World {
     ) -> Result<(), WorldError> {
         self.load_gravity(step)?;
         let time = self.time();
-        for Member { body, contacts, .. } in &mut self.members {
-            for contact in contacts {
+        for body in &mut self.bodies {
+            for contact in &mut body.contacts {
                 let tool = contact.tool;
                 contact.rigid.lead(&from[tool], &to[tool], time, step);
             }
@@ -48,26 +48,27 @@ impl World {
                 grip.lead(from.position, to.position, step);
             }
         }
-        let (members, phases) = (&mut self.members, &mut self.phases);
+        let (bodies, phases) = (&mut self.bodies, &mut self.phases);
         let Some(contact) = &mut self.deformable else {
-            let mut members = members.iter_mut();
-            return members.try_for_each(|member| member.advance(step, None, phases));
+            let mut bodies = bodies.iter_mut();
+            return bodies.try_for_each(|body| body.step(step, None, phases));
         };
-        contact.begin_step(members);
-        advance_together(members, 0, contact, step, phases)
+        let gravity = self.scene.gravity.map_or(DVec3::ZERO, |g| g.acceleration);
+        contact.begin_step(bodies, gravity.length());
+        advance_together(bodies, 0, contact, step, phases)
     }
 }
 
 /// Takes a step (s) with all bodies from `first` on that touch each other: each is moved, then the next, and when the
 /// last is, their contact is computed and each gets its forces.
 fn advance_together(
-    members: &mut [Member],
+    bodies: &mut [Body],
     first: usize,
     contact: &mut DeformableBodies,
     step: f64,
     phases: &mut Phases,
 ) -> Result<(), WorldError> {
-    let Some((member, others)) = members.split_first_mut() else {
+    let Some((body, others)) = bodies.split_first_mut() else {
         phases.time(Phase::Contact, || contact.press(step));
         return Ok(());
     };
@@ -77,35 +78,34 @@ fn advance_together(
         result = advance_together(others, first + 1, contact, step, &mut inner);
         contact.give(first, forces);
     };
-    let own = member.advance(step, Some(hook), phases);
+    let own = body.step(step, Some(hook), phases);
     phases.join(&inner);
     result.and(own)
 }
 
-impl Member {
+impl Body {
     /// Takes a step (s) in which other bodies may act on this one.
-    fn advance(
+    fn step(
         &mut self,
         step: f64,
         others: Option<&mut Applied<'_>>,
         phases: &mut Phases,
     ) -> Result<(), WorldError> {
-        in_body(self.hand_over(), &self.body.name)?;
-        let body = &mut self.body;
-        body.times = StepTimes::default();
+        in_body(self.hand_over(), &self.name)?;
+        self.times = StepTimes::default();
         let start = Instant::now();
-        let decay = in_body(body.decay(step), &body.name)?;
-        let result = body.advance(step, &mut self.contacts, others);
-        if let (Some(cutting), Some(half)) = (&mut self.cutting, decay) {
-            cutting.add_decay(body.book_decay(half));
+        let decay = in_body(self.decay(step), &self.name)?;
+        let result = self.advance(step, others);
+        if let Some(half) = decay {
+            self.book_decay(half);
         }
-        let times = body.times;
+        let times = self.times;
         let inner = times.forces + times.tools + times.others;
         phases.add(Phase::Forces, times.forces);
         phases.add(Phase::Integration, start.elapsed().saturating_sub(inner));
         if !self.contacts.is_empty() {
             phases.add(Phase::Contact, times.tools);
         }
-        in_body(result, &body.name)
+        in_body(result, &self.name)
     }
 }

@@ -3,10 +3,9 @@
 use std::mem::size_of_val;
 
 use crate::phases::Phase;
-use crate::tool::ToolContact;
-use crate::{Member, World};
+use crate::{Body, World};
 
-/// A part of the model of one body.
+/// A part of the model of one self.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct PartCost {
@@ -18,26 +17,26 @@ pub struct PartCost {
     pub phase: Option<Phase>,
 }
 
-impl Member {
+impl Body {
     /// Every part that a body's model can have, in the order of a step, those that are off included.
     #[must_use]
     pub fn parts(&self) -> Vec<PartCost> {
-        let body = &self.body;
-        let (moving, elastic) = (body.motion.bytes(), body.elastic.bytes());
-        let positions = size_of_val(&*body.rest) + size_of_val(&*body.tetrahedra);
-        let graph = &body.neighborhoods;
+        let (moving, elastic) = (self.motion.bytes(), self.elastic.bytes());
+        let positions = size_of_val(&*self.rest) + size_of_val(&*self.tetrahedra);
+        let graph = &self.neighborhoods;
         let others = elastic.held + elastic.cuts + elastic.watch + elastic.viscosity;
         let cutting = self.cutting.as_ref().map_or(0, crate::Cutting::bytes);
-        let nodes = positions + size_of_val(&*body.volumes) + size_of_val(&*body.masses);
+        let nodes = positions + size_of_val(&*self.volumes) + size_of_val(&*self.masses);
         let edges = size_of_val(graph.offsets()) + size_of_val(graph.indices());
-        let motion = moving.state + size_of_val(&*body.eigenvector) + elastic.watch;
-        let tools: usize = self.contacts.iter().map(ToolContact::bytes).sum();
-        let contact = tools + size_of_val(&*body.surface_triangles) + moving.applied;
+        let motion = moving.state + size_of_val(&*self.eigenvector) + elastic.watch;
+        let tools = self.contacts.iter().map(|tool| tool.rigid.contact.bytes());
+        let contact =
+            tools.sum::<usize>() + size_of_val(self.tool_surface.triangles()) + moving.applied;
         let part = |name, bytes, phase| PartCost { name, bytes, phase };
         vec![
             part("nodes", nodes, None),
             part("neighbours", edges, None),
-            part("stencils", body.stencils.bytes(), None),
+            part("stencils", self.stencils.bytes(), None),
             part("elasticity", elastic.all - others, Some(Phase::Forces)),
             part("viscosity", elastic.viscosity, None),
             part("motion", motion, Some(Phase::Integration)),
@@ -54,9 +53,9 @@ impl World {
     /// Parts of all bodies together.
     #[must_use]
     pub fn parts(&self) -> Vec<PartCost> {
-        let mut members = self.members.iter().map(Member::parts);
-        let mut all = members.next().unwrap_or_default();
-        for parts in members {
+        let mut bodies = self.bodies.iter().map(Body::parts);
+        let mut all = bodies.next().unwrap_or_default();
+        for parts in bodies {
             for (sum, part) in all.iter_mut().zip(parts) {
                 sum.bytes += part.bytes;
             }

@@ -24,32 +24,17 @@ pub enum Phase {
 }
 
 impl Phase {
-    /// Every phase, in the order of a step.
-    pub const ALL: [Self; 8] = [
-        Self::Setup,
-        Self::Forces,
-        Self::Contact,
-        Self::Integration,
-        Self::Cut,
-        Self::Skinning,
-        Self::Drawing,
-        Self::Writing,
+    /// Every phase with its name in reports, in the order of a step.
+    pub const ALL: [(Self, &'static str); 8] = [
+        (Self::Setup, "setup"),
+        (Self::Forces, "forces"),
+        (Self::Contact, "contact"),
+        (Self::Integration, "integration"),
+        (Self::Cut, "cut"),
+        (Self::Skinning, "skinning"),
+        (Self::Drawing, "drawing"),
+        (Self::Writing, "writing"),
     ];
-
-    /// Name in reports.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Setup => "setup",
-            Self::Forces => "forces",
-            Self::Contact => "contact",
-            Self::Integration => "integration",
-            Self::Cut => "cut",
-            Self::Skinning => "skinning",
-            Self::Drawing => "drawing",
-            Self::Writing => "writing",
-        }
-    }
 }
 
 /// Time spent in one phase.

@@ -7,7 +7,7 @@ use glam::DVec3;
 use crate::error::{BodyProblem, WorldError, in_body};
 use crate::phases::Phase;
 use crate::scene::Rest;
-use crate::{Member, World, support};
+use crate::{World, support};
 
 /// Products with the stiffness for the step where an equilibrium was found.
 const EQUILIBRIUM_PRODUCTS: usize = 16;
@@ -17,7 +17,7 @@ impl World {
     #[must_use]
     pub fn speed(&self) -> f64 {
         let (mut kinetic, mut mass) = (0.0, 0.0);
-        for Member { body, .. } in &self.members {
+        for body in &self.bodies {
             kinetic += body.motion.audit().kinetic;
             mass += body.masses.iter().sum::<f64>();
         }
@@ -83,7 +83,7 @@ impl World {
         let gravity = self.scene.gravity.map(|gravity| gravity.acceleration);
         self.set_gravity(gravity)?;
         let now = gravity.unwrap_or(DVec3::ZERO);
-        for Member { body, .. } in &mut self.members {
+        for body in &mut self.bodies {
             let loads: Vec<DVec3> = body.masses.iter().map(|&mass| now * mass).collect();
             in_body(body.come_to_rest(&loads), &body.name)?;
         }
@@ -123,10 +123,9 @@ impl World {
 
     pub(crate) fn start_scene_at(&mut self, start: f64) -> Result<(), WorldError> {
         self.now.origin = Some(start);
-        self.forget_kept();
+        self.now.kept = None;
         self.set_damping(None)?;
-        for (member, description) in self.members.iter_mut().zip(&self.scene.bodies) {
-            let body = &mut member.body;
+        for (body, description) in self.bodies.iter_mut().zip(&self.scene.bodies) {
             body.fetch();
             if support::is_driven(&self.scene, description) {
                 let rest = &body.rest;
@@ -136,17 +135,17 @@ impl World {
             if description.velocity != DVec3::ZERO {
                 in_body(body.begin_with(description.velocity), &body.name)?;
             }
-            if !member.body.motion.has_pieces() {
+            if !body.motion.has_pieces() {
                 // What nothing holds falls and turns freely from here on.
-                let pieces = member.pieces().piece;
-                let motion = &mut member.body.motion;
+                let pieces = body.pieces().piece;
+                let motion = &mut body.motion;
                 motion.set_pieces(&pieces);
                 if !motion.has_free_pieces() {
                     motion.set_pieces(&[]);
                 }
             }
             let gravity = self.scene.gravity.map_or(DVec3::ZERO, |g| g.acceleration);
-            for contact in &mut member.contacts {
+            for contact in &mut body.contacts {
                 if let Some(release) = &self.scene.tools[contact.tool].release {
                     let force = release.force + gravity * release.mass;
                     contact.rigid.release(release.mass, force, release.damping);
@@ -157,7 +156,7 @@ impl World {
     }
 
     pub(crate) fn set_damping(&mut self, damping: Option<f64>) -> Result<(), WorldError> {
-        for Member { body, .. } in &mut self.members {
+        for body in &mut self.bodies {
             let value = damping.or(self.now.adjusted.damping);
             let value = value.unwrap_or(body.damping);
             in_body(body.motion.set_damping(value), &body.name)?;
@@ -186,7 +185,7 @@ impl World {
         let Some(now) = gravity else {
             return Ok(());
         };
-        for Member { body, .. } in &mut self.members {
+        for body in &mut self.bodies {
             body.fetch();
             let loads: Vec<DVec3> = body.masses.iter().map(|&mass| now * mass).collect();
             in_body(body.motion.set_loads(&loads), &body.name)?;

@@ -2,28 +2,13 @@
 
 use glam::DVec3;
 use phyxel_discretize::{
-    Bounds, Grading, SampleSettings, SampleTarget, SampledNodes, Solid, estimate_point_nodes,
+    Grading, SampleSettings, SampleTarget, SampledNodes, Solid, estimate_point_nodes,
     estimate_tetrahedra_nodes, sample_lattice, sample_points, sample_tetrahedra,
 };
 
-use crate::error::{BodyProblem, WorldError, in_body};
+use crate::error::BodyProblem;
 use crate::memory::{NODE, ask_memory};
 use crate::scene::{self, Form};
-
-/// Diagonal (m) of the box around all bodies of a scene at rest.
-///
-/// # Errors
-/// [`WorldError`] if a mesh cannot be read or is no solid.
-pub fn extent(scene: &scene::Scene) -> Result<f64, WorldError> {
-    let mut all = Bounds::EMPTY;
-    for body in &scene.bodies {
-        let (solid, _) = in_body(body.shape.solid(&body.placement()), &body.name)?;
-        let Bounds { min, max } = solid.bounds();
-        all.include(min);
-        all.include(max);
-    }
-    Ok(all.diagonal())
-}
 
 /// Nodes of a body before they know each other.
 pub(crate) struct Sampled {

@@ -13,12 +13,13 @@ use phyxel_elastic::{Dilatation, Part, StiffNode};
 use phyxel_integrate::{
     Eigenvalue, EigenvalueError, EigenvalueSettings, Grip, Motion, Shares, State,
 };
+use rayon::ThreadPool;
 
+use crate::World;
 use crate::body::{Body, evaluate, first_estimate};
+use crate::body_state::BodyState;
 use crate::error::BodyProblem;
-use crate::member::BodyState;
-use crate::tool::ToolContact;
-use crate::{Member, World};
+use crate::scene::{self, Scene};
 
 /// The shares of one body.
 pub trait BodyShares: Shares + fmt::Debug + Send {
@@ -27,7 +28,7 @@ pub trait BodyShares: Shares + fmt::Debug + Send {
     ///
     /// # Errors
     /// [`BodyProblem`] if a share's model cannot be built.
-    fn set_model(&mut self, member: &Member, watched: &[u32]) -> Result<(), BodyProblem>;
+    fn set_model(&mut self, body: &Body, watched: &[u32]) -> Result<(), BodyProblem>;
 
     /// Adopts what has changed of that model: the rows of `changed` nodes, ascending, with whatever else cuts have
     /// done to these, and who is monitored. The state is the one of before; if rows changed, its forces are evaluated
@@ -37,7 +38,7 @@ pub trait BodyShares: Shares + fmt::Debug + Send {
     /// [`BodyProblem`] if a share's model refuses them.
     fn change_model(
         &mut self,
-        member: &Member,
+        body: &Body,
         changed: &[u32],
         watched: &[u32],
     ) -> Result<(), BodyProblem>;
@@ -157,8 +158,8 @@ impl Shared {
 impl World {
     /// Brings the positions, velocities and forces of shared bodies here, for callers that read them.
     pub fn fetch(&mut self) {
-        for member in &mut self.members {
-            member.body.fetch();
+        for body in &mut self.bodies {
+            body.fetch();
         }
     }
 
@@ -166,49 +167,41 @@ impl World {
     pub fn fetch_state(&mut self) {
         self.fetch();
         self.fetch_kept();
-        for member in &mut self.members {
-            member.body.fetch_vector();
+        for body in &mut self.bodies {
+            body.fetch_vector();
         }
     }
 
     /// As [`World::fetch`], and evaluates the models where the nodes are, for callers that read strains and
     /// stresses.
     pub fn fetch_all(&mut self) {
-        for member in &mut self.members {
-            member.body.fetch_all();
+        for body in &mut self.bodies {
+            body.fetch_all();
         }
     }
 }
 
-impl Member {
-    /// Gives the body, which was built here but for its eigenvalue, to shares, which find it.
-    pub(crate) fn share_out(
-        &mut self,
+impl Body {
+    /// Builds a body but for its eigenvalue and gives it to shares, which find that; `builders` build it.
+    pub(crate) fn shared(
+        scene: &Scene,
+        description: &scene::Body,
         shares: Arc<Mutex<dyn BodyShares>>,
-        damping_ratio: f64,
-    ) -> Result<(), BodyProblem> {
-        let body = &self.body;
-        let reason = if !body.is_explicit() {
-            Some("implicit schemes (integration.scheme)")
-        } else if body.elastic.is_viscous() {
-            Some("viscous materials (material.viscosity)")
-        } else if body.elastic.settings().dilatation == Dilatation::Mean {
-            Some("mean dilatation (material.dilatation)")
-        } else {
-            None
-        };
-        if let Some(reason) = reason {
-            return Err(BodyProblem::NotShared(reason));
+        builders: &ThreadPool,
+    ) -> Result<Self, BodyProblem> {
+        if let Some(what) = unshared(scene, description) {
+            return Err(BodyProblem::NotShared(what));
         }
-        let watched = self.watched();
+        let mut body = builders.install(|| Self::build(scene, description))?;
+        let watched = body.watched();
         let found = {
             let mut shares = shares.lock().unwrap_or_else(PoisonError::into_inner);
-            shares.set_model(self, &watched)?;
-            shares.set_vector(&self.body.eigenvector);
+            shares.set_model(&body, &watched)?;
+            shares.set_vector(&body.eigenvector);
             shares.estimate(&first_estimate())?
         };
-        self.body.take_first_eigenvalue(found, damping_ratio)?;
-        self.body.shared = Some(Shared {
+        body.take_first_eigenvalue(found, description.damping_ratio)?;
+        body.shared = Some(Shared {
             shares,
             // They know nothing yet of loads, and of damping.
             newest: Newest::Here,
@@ -219,41 +212,41 @@ impl Member {
             vector: Newest::Shares,
             keeps: false,
         });
-        Ok(())
+        Ok(body)
     }
 
     /// Gives the shares what has changed here.
     pub(crate) fn hand_over(&mut self) -> Result<(), BodyProblem> {
-        let Some(mut shared) = self.body.shared.take() else {
+        let Some(mut shared) = self.shared.take() else {
             return Ok(());
         };
         let handed = self.hand_over_to(&mut shared);
-        self.body.shared = Some(shared);
+        self.shared = Some(shared);
         handed
     }
 
     fn hand_over_to(&mut self, shared: &mut Shared) -> Result<(), BodyProblem> {
-        if self.body.motion.state().forces.is_empty() {
-            self.body.refresh()?;
+        if self.motion.state().forces.is_empty() {
+            self.refresh()?;
             shared.newest = Newest::Here;
             shared.evaluated = true;
         }
         let watched = self.watched();
         let mut changed = std::mem::take(&mut shared.changed);
         if !shared.model {
-            shared.fetch(&mut self.body.motion);
+            shared.fetch(&mut self.motion);
             shared.lock().set_model(self, &watched)?;
             shared.newest = Newest::Here;
             shared.model = true;
         } else if !changed.is_empty() || shared.watched != watched {
-            shared.fetch(&mut self.body.motion);
+            shared.fetch(&mut self.motion);
             changed.sort_unstable();
             changed.dedup();
             shared.lock().change_model(self, &changed, &watched)?;
         }
         shared.watched = watched;
         if shared.newest == Newest::Here {
-            shared.lock().set_state(&self.body.motion)?;
+            shared.lock().set_state(&self.motion)?;
             shared.newest = Newest::Both;
         }
         Ok(())
@@ -261,40 +254,39 @@ impl Member {
 
     /// What moves, to be kept: shares that have it keep their part of it themselves.
     pub(crate) fn keep(&mut self) -> BodyState {
-        let Some(shared) = &mut self.body.shared else {
+        let Some(shared) = &mut self.shared else {
             return self.state();
         };
         shared.keeps = shared.is_handed();
         if !shared.keeps {
-            self.body.fetch_vector();
+            self.fetch_vector();
             return self.state();
         }
-        shared.hand_vector(&self.body.eigenvector);
-        shared.lock().keep(self.body.motion.velocities());
+        shared.hand_vector(&self.eigenvector);
+        shared.lock().keep(self.motion.velocities());
         let mut vectors = Default::default();
-        let vector = std::mem::take(&mut self.body.eigenvector);
-        self.body.motion.swap_vectors(&mut vectors);
+        let vector = std::mem::take(&mut self.eigenvector);
+        self.motion.swap_vectors(&mut vectors);
         let state = self.state();
-        self.body.motion.swap_vectors(&mut vectors);
-        self.body.eigenvector = vector;
+        self.motion.swap_vectors(&mut vectors);
+        self.eigenvector = vector;
         state
     }
 
     /// Nodes that the motion of the whole has to see in every step, ascending.
     fn watched(&self) -> Vec<u32> {
-        let supports = self.body.motion.supports().entries().iter();
+        let supports = self.motion.supports().entries().iter();
         let driven = supports.filter(|support| support.path.is_some());
         let mut nodes: Vec<u32> = driven.map(|support| support.node).collect();
-        nodes.extend(self.contacts.iter().flat_map(ToolContact::nodes));
-        nodes.extend(self.body.grip.iter().flat_map(Grip::nodes));
-        nodes.extend(self.body.elastic.bond_ends());
+        let tools = self.contacts.iter().map(|tool| &tool.rigid.contact);
+        nodes.extend(tools.flat_map(|contact| contact.surface().members()));
+        nodes.extend(self.grip.iter().flat_map(Grip::nodes));
+        nodes.extend(self.elastic.bond_ends());
         nodes.sort_unstable();
         nodes.dedup();
         nodes
     }
-}
 
-impl Body {
     /// Brings positions, velocities and forces here.
     pub(crate) fn fetch(&mut self) {
         if let Some(shared) = &mut self.shared {
@@ -441,4 +433,27 @@ impl Body {
             _ => self.elastic.stiffness_indicators().collect(),
         }
     }
+}
+
+/// What of a scene's body takes all of its nodes in one place.
+fn unshared(scene: &Scene, body: &scene::Body) -> Option<&'static str> {
+    let (material, scheme) = (&body.material, scene.integration.scheme);
+    let of = |found: bool, what| found.then_some(what);
+    of(scene.bodies.len() != 1, "one of several bodies")
+        .or(of(
+            scene.contact.is_some(),
+            "contact between bodies (contact)",
+        ))
+        .or(of(
+            scheme.step().is_some(),
+            "implicit schemes (integration.scheme)",
+        ))
+        .or(of(
+            !material.viscosity.is_empty(),
+            "viscous materials (material.viscosity)",
+        ))
+        .or(of(
+            material.dilatation == Dilatation::Mean,
+            "mean dilatation (material.dilatation)",
+        ))
 }

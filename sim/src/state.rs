@@ -10,13 +10,13 @@ use glam::DVec3;
 use phyxel_integrate::{DeformableState, StepControl};
 use serde::{Deserialize, Serialize};
 
+use crate::body_state::BodyState;
 use crate::cutting::CapturedEdge;
 use crate::error::{BodyProblem, WorldError, in_body};
 use crate::grip::Adjusted;
 use crate::guard::{Kept, Retaken};
 use crate::input::InputState;
-use crate::member::BodyState;
-use crate::{CutPiece, Member, World};
+use crate::{Body, CutPiece, World};
 
 /// All of a world that its scene does not say, and nothing that a clock said: two runs of a scene give the same state.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -35,7 +35,7 @@ pub(crate) struct Standing {
     pub(crate) gravity: Option<DVec3>,
     /// Every captured edge; copies of a world share them.
     pub(crate) captured: Vec<Arc<CapturedEdge>>,
-    /// Where to return to if a step fails.
+    /// Where to return to if a step fails; none that is of another model, or of another part of the scene.
     pub(crate) kept: Option<Kept>,
     /// Divisor of the step after steps that failed.
     pub(crate) control: StepControl,
@@ -57,7 +57,7 @@ impl World {
         WorldState {
             now: self.now.clone(),
             input: self.input.state.clone(),
-            bodies: self.members.iter().map(Member::state).collect(),
+            bodies: self.bodies.iter().map(Body::state).collect(),
             contact: (self.deformable.as_ref()).map(|contact| contact.contact.state().clone()),
         }
     }
@@ -90,8 +90,8 @@ impl World {
         if let (Some(start), None) = (now.origin, self.now.origin) {
             self.start_scene_at(start)?;
         }
-        for (member, kept) in self.members.iter_mut().zip(&state.bodies) {
-            member.weaken_again(&kept.elastic.deficient);
+        for (body, kept) in self.bodies.iter_mut().zip(&state.bodies) {
+            body.weaken_again(&kept.elastic.deficient);
         }
         self.check_numbers(&state)?;
         self.rewind(now.gravity, state.bodies, state.contact)?;
@@ -103,10 +103,10 @@ impl World {
     /// What is known before the edges are captured.
     fn check(&self, state: &WorldState) -> Result<(), WorldError> {
         let finite = |value: Option<f64>| value.is_none_or(f64::is_finite);
-        let members = self.members.len();
+        let bodies = self.bodies.len();
         let now = &state.now;
         let cuts = now.captured.iter().all(|edge| {
-            edge.member < members && edge.cut <= self.scene.cuts.len() && edge.sweep.is_finite()
+            edge.body < bodies && edge.cut <= self.scene.cuts.len() && edge.sweep.is_finite()
         });
         let adjusted = now.adjusted;
         let times = finite(now.origin) && finite(adjusted.damping);
@@ -115,7 +115,7 @@ impl World {
         let steps = now.control.is_sound() && now.step > 0.0 && now.step.is_finite();
         let inputs = self.input.fits(&state.input, &self.scene);
         let sound = [
-            (state.bodies.len() == members, "its bodies"),
+            (state.bodies.len() == bodies, "its bodies"),
             (cuts, "its edges of blades"),
             (times, "its times or rates"),
             (gravity, "its values of gravity"),
@@ -125,13 +125,13 @@ impl World {
         if let Some((_, what)) = sound.iter().find(|(sound, _)| !sound) {
             return Err(self.damaged(0, what));
         }
-        for (index, Member { body, .. }) in self.members.iter().enumerate() {
+        for (index, body) in self.bodies.iter().enumerate() {
             let kept = state.bodies.get(index);
             if !kept.is_none_or(|kept| kept.cut.is_sound(body.rest.len())) {
                 return Err(self.damaged(index, "its blades"));
             }
             if kept.is_none_or(|kept| kept.fingerprint != body.fingerprint) {
-                return Err(BodyProblem::OtherBody.of(body));
+                return Err(BodyProblem::OtherBody.of(&body.name));
             }
         }
         Ok(())
@@ -139,8 +139,8 @@ impl World {
 
     /// What a body with its cuts has to say of its state.
     fn check_numbers(&self, state: &WorldState) -> Result<(), WorldError> {
-        for (index, (member, kept)) in self.members.iter().zip(&state.bodies).enumerate() {
-            if !kept.fits(member) {
+        for (index, (body, kept)) in self.bodies.iter().zip(&state.bodies).enumerate() {
+            if !kept.fits(body) {
                 return Err(self.damaged(index, "numbers of its nodes"));
             }
         }
@@ -154,7 +154,7 @@ impl World {
             return Err(self.damaged(0, "numbers of contact between bodies"));
         }
         let sound =
-            |kept: &Kept| kept.is_sound(&self.members, tools) && touches(kept.contact.as_ref());
+            |kept: &Kept| kept.is_sound(&self.bodies, tools) && touches(kept.contact.as_ref());
         if !kept.is_none_or(sound) {
             return Err(self.damaged(0, "numbers of the state to return to"));
         }
@@ -162,8 +162,8 @@ impl World {
     }
 
     fn damaged(&self, body: usize, what: &'static str) -> WorldError {
-        let body = self.members.get(body);
-        BodyProblem::Damaged(what).named(body.map_or("", |member| &member.body.name))
+        let body = self.bodies.get(body);
+        BodyProblem::Damaged(what).of(body.map_or("", |body| &body.name))
     }
 
     /// Goes back to what moved, with the cuts that bodies have now.
@@ -174,12 +174,12 @@ impl World {
         contact: Option<DeformableState>,
     ) -> Result<(), WorldError> {
         self.set_gravity(gravity)?;
-        for (member, state) in self.members.iter_mut().zip(bodies) {
-            member.set_state(state);
+        for (body, state) in self.bodies.iter_mut().zip(bodies) {
+            body.set_state(state);
         }
         if let (Some(contact), Some(state)) = (&mut self.deformable, contact) {
             let bound = contact.restore(state);
-            for Member { body, .. } in &mut self.members {
+            for body in &mut self.bodies {
                 body.contact_eigenvalue = bound;
             }
         }
@@ -188,12 +188,12 @@ impl World {
 
     fn capture_again(&mut self, edge: &CapturedEdge) -> Result<(), WorldError> {
         let cut = self.scene.cuts.get(edge.cut);
-        let Some(member) = self.members.get_mut(edge.member) else {
+        let Some(body) = self.bodies.get_mut(edge.body) else {
             return Ok(());
         };
-        let update = member.replay(edge, cut.and_then(|cut| cut.weld_tolerance));
-        let update = in_body(update, &member.body.name)?;
-        self.take_note(edge.member, update)
+        let update = body.replay(edge, cut.and_then(|cut| cut.weld_tolerance));
+        let update = in_body(update, &body.name)?;
+        self.take_note(edge.body, update)
     }
 }
 
@@ -234,7 +234,7 @@ mod tests {
         for edge in &state.now.captured {
             again.capture_again(edge).unwrap();
         }
-        let count = |world: &World| world.members[0].body.elastic.deficient_nodes().len();
+        let count = |world: &World| world.bodies[0].elastic.deficient_nodes().len();
         assert!(count(&again) < count(&whole), "the motion had a say");
         let mut again = World::new(scene).unwrap();
         again.restore(state, |_, _| ()).unwrap();
@@ -354,7 +354,7 @@ mod tests {
         let mut world = sound.clone();
         for step in 0..12 {
             if [0, 1, 6, 9].contains(&step) {
-                let motion = &mut world.members[1].body.motion;
+                let motion = &mut world.bodies[1].motion;
                 let state = motion.state().clone();
                 let mut broken = state.clone();
                 broken.positions[0] = DVec3::NAN;
@@ -365,12 +365,12 @@ mod tests {
                     assert!(matches!(&error, WorldError::Body { .. }), "{error}");
                     assert_eq!(bytes(&world), before, "capture {step}");
                 }
-                world.members[1].body.motion.restore(state);
+                world.bodies[1].motion.restore(state);
             }
             assert_alike(&mut world, &mut sound, 1);
         }
-        for member in world.members() {
-            let cutting = member.cutting.as_ref().unwrap();
+        for body in world.bodies() {
+            let cutting = body.cutting.as_ref().unwrap();
             assert!(cutting.severed_pairs() > 10, "{}", cutting.severed_pairs());
         }
     }
@@ -396,8 +396,8 @@ mod tests {
         again.restore(world.state(), |_, _| ()).unwrap();
         assert_alike(&mut world, &mut again, 10);
         assert_ne!(world.positions(1), uncut.positions(1));
-        for (member, uncut) in world.members().iter().zip(uncut.members()) {
-            let cutting = member.cutting.as_ref().unwrap();
+        for (body, uncut) in world.bodies().iter().zip(uncut.bodies()) {
+            let cutting = body.cutting.as_ref().unwrap();
             assert!(cutting.severed_pairs() > 10, "{}", cutting.severed_pairs());
             assert!(uncut.cutting.is_none());
         }

@@ -3,20 +3,20 @@
 use glam::DVec3;
 use phyxel_integrate::{BoundaryConditions, Ease, Trajectory};
 
-use crate::scene::{Body, Key, Scene, SupportMotion};
+use crate::scene::{Body, Key, Region, Scene, SupportMotion};
 
-/// Which support each node follows, counted from 1, the last of several; 0 where none does. What one support
-/// holds moves as a rigid body from beginning to end.
-pub(crate) fn holders(scene: &Scene, body: &Body, rest: &[DVec3]) -> Vec<u32> {
-    let mut holders = vec![0; rest.len()];
-    for (number, support) in (1..).zip(&scene.supports) {
-        if support.acts_on(&body.name) {
-            for node in support.region.nodes(rest) {
-                holders[node as usize] = number;
-            }
+/// Which of some regions each node is in, counted from 1, the last of several; 0 where it is in none.
+pub(crate) fn numbered<'a>(
+    regions: impl Iterator<Item = (u32, &'a Region)>,
+    rest: &[DVec3],
+) -> Vec<u32> {
+    let mut numbers = vec![0; rest.len()];
+    for (number, region) in regions {
+        for node in region.nodes(rest) {
+            numbers[node as usize] = number;
         }
     }
-    holders
+    numbers
 }
 
 /// Whether supports of a body move once scene time runs.

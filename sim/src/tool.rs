@@ -13,8 +13,8 @@ pub(crate) struct ToolContact {
     pub(crate) tool: usize,
     /// The tool as this body has it.
     pub(crate) rigid: RigidTool,
-    /// Surface triangles that a cut has torn.
-    torn: usize,
+    /// Surface triangles that cuts had torn when its surface was made.
+    pub(crate) torn: usize,
 }
 
 /// Forces on a tool at the end of the last step, of all bodies together.
@@ -64,25 +64,6 @@ impl ToolContact {
         }
     }
 
-    /// Gives way where a cut has torn the surface, which now has `torn` torn triangles: their area goes to their
-    /// corners, so that nothing spans the gap. `surface` makes the surface as it is now.
-    pub(crate) fn tear<E>(
-        &mut self,
-        torn: usize,
-        surface: impl FnOnce() -> Result<ContactSurface, E>,
-    ) -> Result<(), E> {
-        if torn != self.torn {
-            self.rigid.set_surface(surface()?);
-            self.torn = torn;
-        }
-        Ok(())
-    }
-
-    /// The body's nodes that it may press on, ascending.
-    pub(crate) fn nodes(&self) -> &[u32] {
-        self.rigid.contact.surface().members()
-    }
-
     /// Adds this body's share of the forces; where the tool is, if it goes its own way.
     pub(crate) fn add_to(&self, sum: &mut ToolForce) {
         if self.rigid.is_released() {
@@ -94,10 +75,5 @@ impl ToolContact {
         sum.penetration = sum.penetration.max(found.penetration);
         sum.area += found.area;
         sum.work += self.rigid.contact_work;
-    }
-
-    /// Bytes of the contact's arrays.
-    pub(crate) fn bytes(&self) -> usize {
-        self.rigid.contact.bytes()
     }
 }

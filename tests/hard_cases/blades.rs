@@ -15,7 +15,7 @@ fn a_blade_that_ends_on_the_surface_severs() {
         let mut world = world(BLOCK, &format!("cuts: [{cut}], {HELD} {STILL}"));
         play(&mut world, 0.12).expect("it runs");
         assert_eq!(pieces(&world).len(), 2, "{height}: {:?}", pieces(&world));
-        assert_eq!(cutting(&world).missed_pairs(), 0);
+        assert_eq!(cutting(&world).missed_pairs, 0);
     }
 }
 
@@ -41,8 +41,8 @@ fn a_blade_that_trembles_leaves_no_crumbs() {
     let sizes = pieces(&world);
     assert_eq!(sizes.len(), 2, "{sizes:?}");
     let cutting = cutting(&world);
-    assert_eq!(cutting.missed_pairs(), 0);
-    let cuts = cutting.cuts();
+    assert_eq!(cutting.missed_pairs, 0);
+    let cuts = &cutting.cuts;
     let vectors = (0..cuts.triangle_count()).map(|t| cuts.area(t) * cuts.normal(t));
     let vectors: Vec<DVec3> = vectors.collect();
     let sum: DVec3 = vectors.iter().sum();
@@ -79,7 +79,7 @@ fn a_start_in_an_open_stroke_begins_a_new_one() {
         (StrokePhase::End, -0.01, 0.015),
     ];
     lead(&mut world, &edges);
-    let cuts = cutting(&world).cuts();
+    let cuts = &cutting(&world).cuts;
     assert!(cuts.triangle_count() > 0);
     for t in 0..cuts.triangle_count() {
         let heights = cuts.triangle(t).map(|corner| corner.z);
@@ -99,7 +99,7 @@ fn each_cut_welds_as_it_says() {
         let first = across("first", 0.015, [0.01, 0.02]);
         let mut world = world(BLOCK, &format!("cuts: [{first}, {second}], {HELD} {STILL}"));
         play(&mut world, 0.06).expect("it runs");
-        let (vertices, _) = cutting(&world).cuts().surface();
+        let (vertices, _) = cutting(&world).cuts.surface();
         vertices.iter().filter(|v| v.z < 0.0).count()
     };
     let (fine, coarse) = (vertices("Some(1e-6)"), vertices("Some(4e-3)"));

@@ -53,7 +53,7 @@ fn dice_fall_freely() {
     assert!(sizes[26] > 2 * next, "{sizes:?}");
     // 18 of them fall: their momentum grows by their weight.
     let falling = |world: &World| {
-        let body = &world.members()[0].body;
+        let body = &world.bodies()[0];
         let free = (0..body.rest.len()).filter(|&node| body.rest[node].z < 0.0101);
         free.fold((0.0, DVec3::ZERO), |(mass, momentum), node| {
             let m = body.masses[node];
@@ -110,7 +110,7 @@ fn a_block_is_cut_while_compressed_to_half() {
     let rest = format!("cuts: [{cut}], {supports} integration: (settle: None), gravity: None,");
     let mut world = world(&flat, &rest);
     play(&mut world, 0.19).expect("it runs");
-    let body = &world.members()[0].body;
+    let body = &world.bodies()[0];
     let pressed = body.motion.audit().elastic;
     let heights = body.motion.positions().iter().map(|x| x.z);
     let lowest = heights.clone().fold(f64::INFINITY, f64::min);
@@ -120,7 +120,7 @@ fn a_block_is_cut_while_compressed_to_half() {
     assert!((0.0149..0.018).contains(&height), "{height} m");
     play(&mut world, 0.4).expect("it runs");
     assert_eq!(pieces(&world).len(), 2, "{:?}", pieces(&world));
-    let body = &world.members()[0].body;
+    let body = &world.bodies()[0];
     let audit = body.motion.audit();
     assert!(audit.elastic < pressed, "{audit:?} of {pressed} J");
     audit_closes(&world, 0.02);
@@ -139,7 +139,7 @@ fn a_single_node_falls_like_a_point_mass() {
     let mut world = cut(&BLOCK.replace("damping: 4", "damping: 0"), &strokes);
     play(&mut world, 0.01).expect("it runs");
     assert_eq!(pieces(&world)[1..], [1], "one node is cut off");
-    let body = &world.members()[0].body;
+    let body = &world.bodies()[0];
     let lone = body
         .rest
         .iter()
@@ -153,7 +153,7 @@ fn a_single_node_falls_like_a_point_mass() {
     play(&mut world, 0.05).expect("it runs");
     let t = world.time() - start;
     let expected = x + v * t + DVec3::Z * (-0.5 * 9.81 * t * t);
-    let there = world.members()[0].body.motion.positions()[lone];
+    let there = world.bodies()[0].motion.positions()[lone];
     assert_below("off a parabola", there.distance(expected), 1e-12);
 }
 
@@ -179,7 +179,7 @@ fn a_cut_through_the_support_leaves_both_parts_held() {
     let mut world = world(BLOCK, &format!("cuts: [{cut}], {supports} {AT_ONCE}"));
     play(&mut world, 0.5).expect("it runs");
     assert_eq!(pieces(&world).len(), 2);
-    let body = &world.members()[0].body;
+    let body = &world.bodies()[0];
     for (x, rest) in body.motion.positions().iter().zip(&body.rest) {
         if rest.z >= 0.0149 {
             assert_eq!(x, rest, "a held node moved");
@@ -197,6 +197,6 @@ fn a_body_at_rest_stays_at_rest_when_cut_without_gravity() {
     let mut world = world(BLOCK, &rest);
     play(&mut world, 0.2).expect("it runs");
     assert_eq!(pieces(&world).len(), 2);
-    let body = &world.members()[0].body;
+    let body = &world.bodies()[0];
     assert!(largest_way(body) < 1e-12, "it moved");
 }

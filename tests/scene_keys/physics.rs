@@ -26,7 +26,7 @@ fn at_rest(material: &str, body: &str) -> World {
 }
 
 pub(super) fn imbalance(world: &World) -> f64 {
-    world.members()[0].body.motion.audit().unexplained()
+    world.bodies()[0].motion.audit().unexplained()
 }
 
 /// A hanging column stretches by `rho g l² / 2E` (uniaxial, held as the top is it sags a little less);
@@ -65,7 +65,7 @@ fn stiffer_parts_and_fibres_shorten_a_hanging_column() {
         "inclusions: [(region: HalfSpace(point: (0, 0, 0), normal: (0, 0, 1)), density: 3000)]",
         AT_ONCE,
     );
-    let mass: f64 = heavy.members()[0].body.masses.iter().sum();
+    let mass: f64 = heavy.bodies()[0].masses.iter().sum();
     assert!((mass / 0.128 - 2.0).abs() < 0.2, "{mass} kg");
 }
 
@@ -84,7 +84,7 @@ fn a_viscous_column_creeps_to_its_elastic_length() {
     let ratio = early / elastic;
     assert!((0.45..0.8).contains(&ratio), "{ratio} at first");
     assert_within("in the end", late / elastic, 1.0, 0.01);
-    let body = &world.members()[0].body;
+    let body = &world.bodies()[0];
     assert!(imbalance(&world) < 2e-3, "{}", imbalance(&world));
     assert!(body.relaxed > 0.0, "{} J", body.relaxed);
     // In equilibrium viscosity is at rest.
@@ -145,7 +145,7 @@ fn mean_dilatation_agrees_where_nothing_locks() {
         );
         let mut world = crate::world(&text);
         world.rest_in_equilibrium().expect("it has an equilibrium");
-        let body = &world.members()[0].body;
+        let body = &world.bodies()[0];
         let middle = |x: &DVec3| x.z < -0.0149 && x.truncate().length() < 0.02;
         let low = body.rest.iter().zip(body.motion.positions());
         let sunk: Vec<f64> = low
@@ -194,20 +194,20 @@ fn the_dissertations_method_is_as_it_says() {
          cuts: [(edge: [(0, -0.03, 0), (0, 0.03, 0)], path: [
             (time: 0.15, position: (-0.03, 0, 0.003)), (time: 0.2, position: (0.001, 0, 0.003))])],",
     );
-    let body = &world.members()[0].body;
+    let body = &world.bodies()[0];
     let (nodes, pairs) = (body.rest.len(), body.neighborhoods.pair_count());
     assert!((16 * nodes..22 * nodes).contains(&pairs), "{pairs} pairs");
     let volume: f64 = body.volumes.iter().sum();
     let ratio = volume / 1.28e-4;
     assert!((1.2..2.3).contains(&ratio), "{ratio} of the volume");
     play(&mut world, 0.3);
-    let member = &world.members()[0];
-    let forces = &member.body.motion.state().forces;
+    let body = &world.bodies()[0];
+    let forces = &body.motion.state().forces;
     let sum: DVec3 = forces.iter().sum();
     let size: f64 = forces.iter().map(|f| f.length()).sum();
     assert!(sum.length() < 1e-12 * size, "{sum} of {size} N");
-    let cutting = member.cutting.as_ref().expect("it was cut");
-    assert!(cutting.factors().crossed_count() > 100, "the grid weakens");
+    let cutting = body.cutting.as_ref().expect("it was cut");
+    assert!(cutting.factors.crossed_count() > 100, "the grid weakens");
     assert!(imbalance(&world) < 1e-2, "{}", imbalance(&world));
 }
 
@@ -227,7 +227,7 @@ fn every_rule_parts_a_body_that_is_cut_through() {
                 (time: 0, position: (-0.05, 0, 0.003)), (time: 0.01, position: (0.05, 0, 0.003))])],",
         );
         play(&mut world, 0.012);
-        let pieces = world.members()[0].pieces();
+        let pieces = world.bodies()[0].pieces();
         let whole = pieces.sizes.iter().filter(|size| **size > 12).count();
         assert_eq!(whole, 2, "{rule}: {:?}", pieces.sizes);
     }

@@ -33,7 +33,7 @@ fn a_column_of_points_hangs_as_one_of_tetrahedra() {
         "target: Nodes(1500), form: Points, coarsest: 2",
     ] {
         let world = hung(points);
-        let body = &world.members()[0].body;
+        let body = &world.bodies()[0];
         assert!(body.tetrahedra.is_empty(), "{points}");
         let volume: f64 = body.volumes.iter().sum();
         let mass: f64 = body.masses.iter().sum();
@@ -56,7 +56,7 @@ fn a_body_of_points_is_cut_and_written() {
     let text = column("target: Nodes(400), form: Points", cut);
     let mut world = crate::world(&text);
     play(&mut world, 0.012);
-    let pieces = world.members()[0].pieces();
+    let pieces = world.bodies()[0].pieces();
     assert_eq!(pieces.sizes.len(), 2, "{:?}", pieces.sizes);
     let folder = tempfile::tempdir().expect("a temporary folder");
     let mut short = crate::scene(&text);
@@ -64,7 +64,7 @@ fn a_body_of_points_is_cut_and_written() {
     let options = RunOptions::quiet(folder.path(), 1);
     run(&short, &options).expect("it runs");
     let file = std::fs::read(folder.path().join("final-body.vtk")).expect("a file");
-    let head = format!("POINTS {} double", world.members()[0].body.rest.len());
+    let head = format!("POINTS {} double", world.bodies()[0].rest.len());
     let found = file.windows(head.len()).any(|part| part == head.as_bytes());
     assert!(found, "no '{head}'");
 }

@@ -120,12 +120,12 @@ impl Specimen {
         let text = phyxel_scene::to_ron(&plate.scene(blades));
         let mut world = World::new(phyxel_scene::from_text(&text, "cracks", "", &[])?)?;
         world.play(STROKE, |_| {})?;
-        let member = &world.members()[0];
-        let cutting = member
+        let body = &world.bodies()[0];
+        let cutting = body
             .cutting
             .as_ref()
             .ok_or("the blade of a study cuts nothing")?;
-        let (body, turn) = (&member.body, plate.turn());
+        let turn = plate.turn();
         let mut elastic = body.elastic.clone();
         if fronts == Fronts::Without {
             let mut state = elastic.state();
@@ -139,7 +139,7 @@ impl Specimen {
             triangles: boundary_triangles(&body.tetrahedra, |_| true),
             volumes: body.volumes.clone(),
             elastic,
-            cuts: cutting.cuts().clone(),
+            cuts: cutting.cuts.clone(),
             fronts,
             turn,
         })

@@ -32,28 +32,28 @@ pub(super) fn every_embedded_scene_ends_well_with_the_grid_at_three_sizes(proof:
         let mut world = World::new(scene).unwrap();
         let played = world.play(end, |_| {});
         assert!(played.is_ok(), "{name}, {nodes} nodes: {played:?}");
-        let audit = world.members()[0].body.motion.audit();
+        let audit = world.bodies()[0].motion.audit();
         // 4.7e-3 at most, in the liver of 1,100 nodes.
         proof.below(
             format!("energy-balance error of {name}, {nodes} nodes"),
             audit.unexplained(),
             0.02,
         );
-        let member = &world.members()[0];
-        let Some(cutting) = &member.cutting else {
+        let body = &world.bodies()[0];
+        let Some(cutting) = &body.cutting else {
             assert_eq!(cuts, 0, "{name}");
             continue;
         };
-        let (lattices, without) = cutting.factors().grid_counts().expect("it is the grid");
+        let (lattices, without) = cutting.factors.grid_counts().expect("it is the grid");
         proof.above("lattices against cuts", lattices as f64, cuts as f64);
         // The edge bends in the material, the more the coarser the body is; yet lattices decide some.
-        let weakened = cutting.factors().crossed_count();
+        let weakened = cutting.factors.crossed_count();
         proof.below(
             "pairs left to the default rule, of those crossed",
             without as f64,
             weakened as f64 - 1.0,
         );
-        let pieces = member.pieces();
+        let pieces = body.pieces();
         let whole = pieces.sizes.iter().filter(|size| **size > 12).count();
         if whole < 1 + usize::from(through) {
             wrong.push((name, nodes, pieces.sizes));

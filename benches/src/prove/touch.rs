@@ -210,9 +210,7 @@ fn play(proof: &mut Proof, case: &Case) {
         }
         let (between, _) = world.body_contact().expect("it is asked for");
         for sum in between {
-            let spacings = sum
-                .bodies
-                .map(|body| world.members()[body as usize].body.spacing);
+            let spacings = sum.bodies.map(|body| world.bodies()[body as usize].spacing);
             deepest = deepest.max(sum.penetration / spacings[0].min(spacings[1]));
             pressed |= sum.normal > 0.0;
         }
@@ -222,10 +220,10 @@ fn play(proof: &mut Proof, case: &Case) {
     let what = |what: &str| format!("{}: {what}", case.name);
     proof.holds(what("surfaces were pressed"), pressed);
     proof.below(what("depth over the spacing"), deepest, asked[0]);
-    for member in world.members() {
-        let audit = member.body.motion.audit();
+    for body in world.bodies() {
+        let audit = body.motion.audit();
         let share = audit.unexplained();
-        proof.above(what("det F"), member.body.smallest_ratio, 1e-6);
+        proof.above(what("det F"), body.smallest_ratio, 1e-6);
         proof.below(what("unexplained energy of a body"), share, UNBALANCED);
     }
     proof.below(
@@ -238,10 +236,7 @@ fn play(proof: &mut Proof, case: &Case) {
 /// Energy that contact made or lost, over what the bodies hold or damped.
 fn unbalanced(world: &World) -> f64 {
     let (_, state) = world.body_contact().expect("it is asked for");
-    let audits = world
-        .members()
-        .iter()
-        .map(|member| member.body.motion.audit());
+    let audits = world.bodies().iter().map(|body| body.motion.audit());
     let scale: f64 = audits.map(|audit| audit.elastic.max(audit.taken())).sum();
     state.energy_error().abs() / scale
 }

@@ -123,7 +123,7 @@ fn hang(scene: Scene, effort: Effort) -> Result<Vec<Found>, StudyError> {
     let pictures = scene.pictures.clone().unwrap_or_default();
     let mut world = World::new(scene)?;
     let mut painter = Painter::new(&world, &pictures)?;
-    let body = &world.members()[0].body;
+    let body = &world.bodies()[0];
     let seen = body.stencils.weights.iter().filter(|w| **w > 0.0).count();
     let neighbors = seen as f64 / body.rest.len() as f64;
     let mut found: Vec<Found> = Vec::new();
@@ -171,10 +171,9 @@ fn measured(
         let pieces = world.take_new_pieces();
         painter.grow(world, &pieces)?;
     }
-    let member = &world.members()[0];
-    let body = &member.body;
-    let cutting = member.cutting.as_ref();
-    let energy = cutting.map(Cutting::energy).unwrap_or_default();
+    let body = &world.bodies()[0];
+    let cutting = body.cutting.as_ref();
+    let energy = cutting.map(|cutting| cutting.energy).unwrap_or_default();
     let lowest = |x: &[DVec3]| x.iter().map(|x| x.z).fold(f64::INFINITY, f64::min);
     Ok(Measured {
         nodes: body.rest.len(),

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use phyxel::scene::Scene;
-use phyxel::{Member, World};
+use phyxel::{Body, World};
 
 use crate::report::{Cell, Report, Table, row};
 use crate::{Effort, StudyError};
@@ -54,8 +54,7 @@ fn play(text: &str) -> Result<World, StudyError> {
 }
 
 /// Vertical force (N) of the supports on nodes of a body that are above a height (m).
-fn reaction(member: &Member, above: f64) -> f64 {
-    let body = &member.body;
+fn reaction(body: &Body, above: f64) -> f64 {
     let entries = body.motion.reactions();
     let upper = entries
         .iter()
@@ -81,7 +80,7 @@ fn press(size: u32, rows: &mut Rows) -> Result<(), StudyError> {
             1000 * size,
             by * 0.08
         ))?;
-        Ok::<_, StudyError>(-reaction(&world.members()[0], 0.0))
+        Ok::<_, StudyError>(-reaction(&world.bodies()[0], 0.0))
     };
     for (figure, by) in [("force (N), pressed", -0.05), ("force (N), drawn", 0.05)] {
         let uncut = block(by, false)?;
@@ -125,11 +124,11 @@ fn patch(size: u32, rows: &mut Rows) -> Result<(), StudyError> {
     rows.add(
         "patch",
         "force (N)",
-        -reaction(&two.members()[1], 0.0),
-        -reaction(&one.members()[0], 0.0),
+        -reaction(&two.bodies()[1], 0.0),
+        -reaction(&one.bodies()[0], 0.0),
     );
     let (mut sum, mut volume, mut most) = (0.0, 0.0, 0.0_f64);
-    for Member { body, .. } in two.members() {
+    for body in two.bodies() {
         let gradients = body.elastic.deformation_gradients();
         for (f, v) in gradients.iter().zip(&body.volumes) {
             let off = (1.0 - f.z_axis.z) / 0.01 - 1.0;
@@ -166,7 +165,7 @@ fn spheres(size: u32, rows: &mut Rows) -> Result<(), StudyError> {
         sphere("b", radius),
         -2.0 * push
     ))?;
-    let found = -reaction(&two.members()[1], 0.0);
+    let found = -reaction(&two.bodies()[1], 0.0);
     let plane = play(&format!(
         "bodies: [{}], supports: [{held}], tools: [(shape: Plane(normal: (0, 0, -1)), path: [
             (time: 0), (time: 0.4, position: (0, 0, {}))])], {rest}",
@@ -201,10 +200,7 @@ fn bars(size: u32, rows: &mut Rows) -> Result<(), StudyError> {
     ))?;
     let mut world = World::new(scene)?;
     let total = |world: &World| {
-        let audits = world
-            .members()
-            .iter()
-            .map(|member| member.body.motion.audit());
+        let audits = world.bodies().iter().map(|body| body.motion.audit());
         let springs = world.body_contact().map_or(0.0, |(_, state)| state.energy);
         let stored: f64 = audits
             .clone()
@@ -249,7 +245,7 @@ fn slide(size: u32, rows: &mut Rows) -> Result<(), StudyError> {
         1500 * size,
         500 * size
     ))?;
-    let body = &world.members()[1].body;
+    let body = &world.bodies()[1];
     let moved = body.rest.iter().zip(body.motion.positions());
     let moved: f64 = moved
         .zip(&body.masses)

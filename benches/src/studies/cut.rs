@@ -96,12 +96,12 @@ fn update(nodes: u32, captures: u32) -> Result<Vec<Cell>, StudyError> {
         }
         changed = count;
     }
-    let member = &world.members()[0];
-    let cutting = member.cutting.as_ref();
+    let body = &world.bodies()[0];
+    let cutting = body.cutting.as_ref();
     Ok(row![
-        member.body.rest.len(),
+        body.rest.len(),
         cutting.map_or(0, |cutting| cutting.counts().0),
-        cutting.map_or(0, |cutting| cutting.cuts().triangle_count()),
+        cutting.map_or(0, |cutting| cutting.cuts.triangle_count()),
         cutting.map_or(0, phyxel::Cutting::severed_pairs),
         median(&times).unwrap_or(0.0),
         times.iter().copied().fold(0.0, f64::max),

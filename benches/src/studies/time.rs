@@ -37,7 +37,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
         batches.sort_by(f64::total_cmp);
         let seconds = batches[BATCHES / 2];
         let spread = (batches[BATCHES - 1] - batches[0]) / seconds;
-        let body = &world.members()[0].body;
+        let body = &world.bodies()[0];
         let (nodes, pairs) = (body.rest.len(), body.neighborhoods.pair_count());
         let (nodes_f, pairs_f) = (nodes as f64, pairs as f64);
         rows.push(row![

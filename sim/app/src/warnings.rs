@@ -3,8 +3,8 @@
 use glam::DVec3;
 use phyxel_discretize::Bounds;
 
+use phyxel::World;
 use phyxel::scene::{Body, Key, Support, Tool, pose_at};
-use phyxel::{Cutting, Member, World};
 
 /// Lengths beyond this many times the bodies' are reported: the next unit is a thousand times larger.
 const FAR: f64 = 30.0;
@@ -17,7 +17,7 @@ const PLACES: u32 = 16;
 /// nodes, lengths far beyond the bodies; one sentence each.
 pub(crate) fn warnings(world: &World) -> Vec<String> {
     let mut warnings = Vec::new();
-    for Member { body, .. } in world.members() {
+    for body in world.bodies() {
         let name = &body.name;
         if body.missed > 0.0 {
             warnings.push(format!(
@@ -40,9 +40,9 @@ pub(crate) fn warnings(world: &World) -> Vec<String> {
     warn_of_regions(world, &mut warnings);
     let bodies = bounds(world);
     for (index, spec) in world.scene().supports.iter().enumerate() {
-        let pairs = world.members().iter().zip(&world.scene().bodies);
+        let pairs = world.bodies().iter().zip(&world.scene().bodies);
         let held: usize = pairs
-            .map(|(member, body)| held(spec, body, &member.body.rest).len())
+            .map(|(body, description)| held(spec, description, &body.rest).len())
             .sum();
         if held == 0 {
             let lie = place(&bodies);
@@ -55,7 +55,7 @@ pub(crate) fn warnings(world: &World) -> Vec<String> {
 
 /// Inclusions without a node, and nodes that two supports move in two ways.
 fn warn_of_regions(world: &World, warnings: &mut Vec<String>) {
-    for (Member { body, .. }, spec) in world.members().iter().zip(&world.scene().bodies) {
+    for (body, spec) in world.bodies().iter().zip(&world.scene().bodies) {
         let name = &body.name;
         for (index, inclusion) in spec.inclusions.iter().enumerate() {
             if inclusion.region.nodes(&body.rest).is_empty() {
@@ -115,10 +115,8 @@ pub(crate) fn misses(world: &World) -> Vec<String> {
 
 /// Cuts that a finished run took up and that changed nothing.
 pub(crate) fn vain_cuts(world: &World) -> Vec<String> {
-    let strokes = || {
-        let cuttings = world.members().iter().filter_map(|m| m.cutting.as_ref());
-        cuttings.flat_map(Cutting::by_stroke)
-    };
+    let cuttings = world.bodies().iter().flat_map(|body| &body.cutting);
+    let strokes = || (cuttings.clone()).flat_map(|cutting| &cutting.by_stroke);
     let changed = |cut: usize| strokes().any(|of| of.cut == cut && of.updates > 0);
     let cuts = world.scene().cuts.iter().enumerate();
     cuts.filter(|(index, _)| !changed(*index))
@@ -128,8 +126,8 @@ pub(crate) fn vain_cuts(world: &World) -> Vec<String> {
 
 /// Box around all bodies at rest.
 fn bounds(world: &World) -> Bounds {
-    let members = world.members().iter();
-    Bounds::of(members.flat_map(|member| member.body.rest.iter().copied()))
+    let bodies = world.bodies().iter();
+    Bounds::of(bodies.flat_map(|body| body.rest.iter().copied()))
 }
 
 fn warn_of_lengths(world: &World, bodies: &Bounds, warnings: &mut Vec<String>) {

@@ -9,7 +9,7 @@ mod locals;
 mod weak;
 
 use glam::{DMat3, DVec3};
-use phyxel::{Body, BodyProblem, Member, elastic_stencils};
+use phyxel::{Body, BodyProblem, elastic_stencils};
 use phyxel_elastic::{Elastic, Frame, Material, Materials, Nodes, Settings, Stencils};
 use phyxel_integrate::{BoundaryConditions, Motion, MotionSettings};
 use serde::{Deserialize, Serialize};
@@ -71,10 +71,9 @@ pub(crate) struct Model {
 /// Packages for all ranks, and which nodes each has.
 pub(crate) fn packages(
     layout: &Layout,
-    member: &Member,
+    body: &Body,
     watched: &[u32],
 ) -> (Vec<Package>, Vec<Locals>) {
-    let body = &member.body;
     let halos = layout.halos(|node| body.neighborhoods.row(node));
     let locals: Vec<Locals> = (0..)
         .zip(halos)
@@ -122,15 +121,15 @@ fn package(layout: &Layout, locals: &Locals, body: &Body, watched: &[u32]) -> Pa
 
 /// Models of a body's ranks.
 pub(crate) struct Models<'a> {
-    member: &'a Member,
+    body: &'a Body,
     /// Materials of the body, each once, and which of them a node has.
     materials: Vec<Material>,
     material_of: Vec<u32>,
 }
 
 impl<'a> Models<'a> {
-    pub(crate) fn new(member: &'a Member) -> Self {
-        let elastic = &member.body.elastic;
+    pub(crate) fn new(body: &'a Body) -> Self {
+        let elastic = &body.elastic;
         let mut materials: Vec<Material> = Vec::new();
         let material_of = (0..elastic.node_count()).map(|node| {
             let material = elastic.material(node);
@@ -141,7 +140,7 @@ impl<'a> Models<'a> {
             }))
         });
         Self {
-            member,
+            body,
             material_of: material_of.collect(),
             materials,
         }
@@ -149,14 +148,13 @@ impl<'a> Models<'a> {
 
     /// The model of a rank's nodes.
     pub(crate) fn of(&self, locals: &Locals) -> Model {
-        let member = self.member;
-        let body = &member.body;
+        let body = self.body;
         let view = elastic_stencils(&body.stencils, &body.neighborhoods);
         let state = body.elastic.state();
         let (mut offsets, mut indices, mut weights) = (Vec::new(), Vec::new(), Vec::new());
         offsets.resize(locals.padding() + 1, 0);
         for node in locals.nodes() {
-            for (other, pair) in row(member, locals, node) {
+            for (other, pair) in row(body, locals, node) {
                 indices.push(other);
                 weights.push(view.weights[pair]);
             }
@@ -182,7 +180,7 @@ impl<'a> Models<'a> {
             supports: supports.part(locals.own.clone()),
             control_scales: of_rank(state.control, locals, |_| true),
             fronts: of_rank(state.fronts, locals, |_| true),
-            weak: weak_nodes(member, locals, |_| true),
+            weak: weak_nodes(body, locals, |_| true),
             offsets_of_gradients: of_rank(state.offsets, locals, |_| true),
         }
     }

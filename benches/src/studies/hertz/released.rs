@@ -72,7 +72,7 @@ pub(super) fn table(effort: Effort, reference: &mut Reference) -> Result<Table, 
     play(&mut led, END)?;
     let carried = led.tool_forces()[0].force.z;
     let rows = vec![row![
-        released.members()[0].body.rest.len(),
+        released.bodies()[0].rest.len(),
         push,
         depth,
         depth / DEPTH,

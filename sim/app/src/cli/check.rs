@@ -14,7 +14,7 @@ use crate::picture::Painter;
 use crate::run::{RunError, pool};
 use crate::warnings;
 use phyxel::scene::Scene;
-use phyxel::{Member, Phase, World};
+use phyxel::{Body, Phase, World};
 
 #[derive(Debug, Args)]
 pub(super) struct CheckArguments {
@@ -157,7 +157,7 @@ fn costs(scene: &Scene) -> Result<Costs, RunError> {
         seconds: [steps, most_steps].map(|steps| fixed + a_step * steps),
         parts,
         scene: name,
-        bodies: world.members().iter().map(body_costs).collect(),
+        bodies: world.bodies().iter().map(body_costs).collect(),
         step,
         step_factor: integration.step_factor,
         steps,
@@ -174,16 +174,15 @@ fn costs(scene: &Scene) -> Result<Costs, RunError> {
 pub fn load(world: &World) -> f64 {
     let gravity = world.scene().gravity;
     let gravity = gravity.map_or(0.0, |gravity| gravity.acceleration.length());
-    let loads = world.members().iter().zip(&world.scene().bodies);
-    let loads = loads.map(|(Member { body, .. }, description)| {
+    let loads = world.bodies().iter().zip(&world.scene().bodies);
+    let loads = loads.map(|(body, description)| {
         let length = Bounds::of(body.rest.iter().copied()).size().max_element();
         description.material.density * gravity * length / description.material.youngs_modulus
     });
     loads.fold(0.0, f64::max)
 }
 
-fn body_costs(member: &Member) -> BodyCosts {
-    let body = &member.body;
+fn body_costs(body: &Body) -> BodyCosts {
     let bounds = Bounds::of(body.rest.iter().copied());
     BodyCosts {
         name: body.name.clone(),

@@ -19,7 +19,7 @@ use crate::output::{OutputError, OutputFolder, input_csv, write_checkpoint};
 use crate::picture::{Painter, PictureError};
 use crate::run::RunState;
 use phyxel::scene::{Pose, Scene, Settle};
-use phyxel::{Action, CutPiece, Input, InputError, World, WorldError, extent};
+use phyxel::{Action, CutPiece, Input, InputError, World, WorldError};
 use phyxel_scene::SceneError;
 use phyxel_splat::DrawnTissue;
 
@@ -108,7 +108,7 @@ impl Session {
     /// # Errors
     /// [`SessionError`].
     pub fn new(scene: &Scene) -> Result<Self, SessionError> {
-        let scene = prepare(scene, extent(scene)?)?;
+        let scene = prepare(scene)?;
         let mut world = World::new(scene.clone())?;
         // Paths are left to users from here on.
         world.push(Vec::new())?;
@@ -187,9 +187,9 @@ impl Session {
     /// Smallest distance (m) of nodes of all bodies.
     #[must_use]
     pub fn spacing(&self) -> f64 {
-        let bodies = self.world.members().iter();
+        let bodies = self.world.bodies().iter();
         bodies
-            .map(|member| member.body.spacing)
+            .map(|body| body.spacing)
             .fold(f64::INFINITY, f64::min)
     }
 
@@ -283,7 +283,7 @@ impl Session {
         };
         let rest = next.triangles.split_off(HELPING.min(next.triangles.len()));
         let piece = CutPiece {
-            member: next.member,
+            body: next.body,
             triangles: std::mem::replace(&mut next.triangles, rest),
         };
         self.lagging.retain(|piece| !piece.triangles.is_empty());
@@ -453,11 +453,7 @@ impl Session {
     /// Pairs of nodes that cuts severed.
     #[must_use]
     pub fn severed_pairs(&self) -> usize {
-        let cuttings = self
-            .world
-            .members()
-            .iter()
-            .filter_map(|m| m.cutting.as_ref());
+        let cuttings = self.world.bodies().iter().flat_map(|body| &body.cutting);
         cuttings.map(phyxel::Cutting::severed_pairs).sum()
     }
 }

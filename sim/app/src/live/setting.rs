@@ -2,8 +2,11 @@
 
 use glam::DVec3;
 
+use phyxel::WorldError;
 use phyxel::scene::{Cut, Key, Observe, Pictures, Rest, Scene, Tool, ToolShape};
-use phyxel_scene::SceneError;
+use phyxel_discretize::Bounds;
+
+use super::session::SessionError;
 
 /// Name of the blade that users drive.
 pub(super) const BLADE: &str = "hand";
@@ -15,12 +18,12 @@ const PROBE_SIZE: f64 = 0.045;
 pub(super) const PARKED: DVec3 = DVec3::new(0.0, 0.0, 50.0);
 
 /// Makes a scene ready for users: one blade replaces its cuts, a scene without tools that move
-/// gets a probe, pictures are on so that there are surfels, and nothing moves by a path. `extent` is the
-/// diagonal (m) of its bodies.
+/// gets a probe, pictures are on so that there are surfels, and nothing moves by a path.
 ///
 /// # Errors
-/// [`SceneError`] if the scene was not valid before.
-pub(super) fn prepare(scene: &Scene, extent: f64) -> Result<Scene, SceneError> {
+/// [`SessionError`] if a mesh cannot be read or is no solid, or if the scene was not valid before.
+pub(super) fn prepare(scene: &Scene) -> Result<Scene, SessionError> {
+    let extent = extent(scene)?;
     let mut scene = scene.clone();
     let key = |time: f64| Key::new(time, PARKED);
     let edge = vec![DVec3::ZERO, DVec3::Z * 0.01];
@@ -59,5 +62,22 @@ pub(super) fn prepare(scene: &Scene, extent: f64) -> Result<Scene, SceneError> {
     };
     scene.pictures.get_or_insert_with(Pictures::default);
     // The same checks as for any other scene.
-    phyxel_scene::from_text(&phyxel_scene::to_ron(&scene), "live scene", "", &[])
+    let text = phyxel_scene::to_ron(&scene);
+    Ok(phyxel_scene::from_text(&text, "live scene", "", &[])?)
+}
+
+/// Diagonal (m) of the box around all bodies at rest.
+fn extent(scene: &Scene) -> Result<f64, WorldError> {
+    let mut all = Bounds::EMPTY;
+    for body in &scene.bodies {
+        let solid = body.shape.solid(&body.placement());
+        let (solid, _) = solid.map_err(|problem| WorldError::Body {
+            body: body.name.clone(),
+            problem: problem.into(),
+        })?;
+        let Bounds { min, max } = solid.bounds();
+        all.include(min);
+        all.include(max);
+    }
+    Ok(all.diagonal())
 }

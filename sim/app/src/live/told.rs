@@ -7,12 +7,12 @@ use phyxel_splat::Camera;
 use super::session::Session;
 use super::sources::Sources;
 use crate::picture::bounds_of;
+use phyxel::World;
 use phyxel::scene::{Scene, Shape, ToolShape, View};
-use phyxel::{Member, World};
 
 /// Positions (m) and deformation gradients of each body's nodes.
 pub(super) fn nodes_of(world: &World) -> Vec<(Vec<DVec3>, Vec<DMat3>)> {
-    let bodies = world.members().iter().map(|Member { body, .. }| {
+    let bodies = world.bodies().iter().map(|body| {
         let gradients = body.elastic.deformation_gradients();
         (body.smoothed_positions(), gradients)
     });
@@ -55,15 +55,15 @@ pub(super) fn scene_of(
         }
     };
     let settings = painter.settings();
-    let bodies = world.members().iter().zip(painter.skins());
-    let bodies = bodies.map(|(member, skin)| {
+    let bodies = world.bodies().iter().zip(painter.skins());
+    let bodies = bodies.map(|(body, skin)| {
         let surfaces = skin
             .surfaces
             .iter()
             .map(|s| [s.specular, s.shininess, s.relief, s.relief_frequency]);
         BodyInfo {
-            name: member.body.name.clone(),
-            nodes: member.body.rest.len(),
+            name: body.name.clone(),
+            nodes: body.rest.len(),
             outer: skin.tissue.outer_count(),
             surfaces: surfaces.collect(),
             inside: skin.depth_color().to_array(),
@@ -133,7 +133,7 @@ fn values_of(session: &Session) -> [f64; 3] {
 /// Kinetic energy (J), elastic energy (J), and balance of the audit over its scale, of all bodies.
 pub(super) fn energies_of(world: &World) -> [f64; 3] {
     let (mut energies, mut scale) = ([0.0; 3], 0.0);
-    for Member { body, .. } in world.members() {
+    for body in world.bodies() {
         let audit = body.motion.audit();
         energies[0] += audit.kinetic;
         energies[1] += audit.elastic;
@@ -151,7 +151,7 @@ pub(super) fn stats_of(session: &Session, surfels: usize) -> Stats {
     let [_, _, balance] = energies_of(world);
     Stats {
         settling: session.is_settling(),
-        nodes: world.members().iter().map(|m| m.body.rest.len()).sum(),
+        nodes: world.bodies().iter().map(|body| body.rest.len()).sum(),
         surfels,
         severed: session.severed_pairs(),
         strokes,

@@ -27,7 +27,7 @@ use phyxel_splat::{
 use phyxel_scene::read_file;
 
 use phyxel::scene::{self, Coloring, Pictures, Show, SurfelSettings};
-use phyxel::{CutPiece, Member, World, ask_memory};
+use phyxel::{Body, CutPiece, World, ask_memory};
 
 /// Bytes of a sample of a pixel: colour, depth, normal, and what encoding takes.
 const SAMPLED_PIXEL: f64 = 32.0;
@@ -57,12 +57,12 @@ impl Painter {
         let pixels = f64::from(pictures.width) * f64::from(pictures.height);
         ask_memory(SAMPLED_PIXEL * pixels * f64::from(pictures.samples).powi(2))?;
         let skins = world
-            .members()
+            .bodies()
             .iter()
             .zip(&scene.bodies)
             .zip(surfels::shares(world))
-            .map(|((member, description), share)| {
-                skin_of(member, description, share)
+            .map(|((body, description), share)| {
+                skin_of(body, description, share)
                     .map_err(|problem| problem.named(&description.name))
             })
             .collect::<Result<Vec<_>, _>>()?;
@@ -190,17 +190,15 @@ impl Painter {
     ) -> Result<Vec<Vec<u32>>, PictureError> {
         let mut changed = vec![Vec::new(); self.skins.len()];
         for piece in pieces {
-            let member = &world.members()[piece.member];
-            let tissue = &mut self.skins[piece.member].tissue;
-            let cut = member.cut_surface(tissue, &piece.triangles);
-            let cut = cut.map_err(|problem| SkinProblem::from(problem).named(&member.body.name))?;
-            changed[piece.member].extend(cut);
+            let body = &world.bodies()[piece.body];
+            let tissue = &mut self.skins[piece.body].tissue;
+            let cut = body.cut_surface(tissue, &piece.triangles);
+            let cut = cut.map_err(|problem| SkinProblem::from(problem).named(&body.name))?;
+            changed[piece.body].extend(cut);
         }
-        for ((skin, member), changed) in
-            self.skins.iter_mut().zip(world.members()).zip(&mut changed)
-        {
+        for ((skin, body), changed) in self.skins.iter_mut().zip(world.bodies()).zip(&mut changed) {
             if !changed.is_empty() {
-                changed.extend(skin.tissue.part(&member.pieces().piece));
+                changed.extend(skin.tissue.part(&body.pieces().piece));
             }
         }
         Ok(changed)
@@ -208,7 +206,7 @@ impl Painter {
 
     /// Moves the surfels to where the bodies are.
     pub fn carry(&mut self, world: &World) {
-        for (skin, Member { body, .. }) in self.skins.iter_mut().zip(world.members()) {
+        for (skin, body) in self.skins.iter_mut().zip(world.bodies()) {
             skin.carry(
                 &body.smoothed_positions(),
                 &body.elastic.deformation_gradients(),
@@ -229,8 +227,8 @@ impl Painter {
             meshes.extend(self.rigid.iter().cloned());
             meshes
         };
-        for (skin, member) in self.skins.iter().zip(world.members()) {
-            meshes.extend(views::meshes(self.show, member, skin));
+        for (skin, body) in self.skins.iter().zip(world.bodies()) {
+            meshes.extend(views::meshes(self.show, body, skin));
         }
         if self.show == Show::BladePath {
             meshes.extend(views::blade_paths(world));
@@ -257,13 +255,8 @@ impl Painter {
 }
 
 /// The surface of one body.
-fn skin_of(
-    member: &Member,
-    description: &scene::Body,
-    share: f64,
-) -> Result<DrawnTissue, SkinProblem> {
+fn skin_of(body: &Body, description: &scene::Body, share: f64) -> Result<DrawnTissue, SkinProblem> {
     let spec = &description.surfels;
-    let body = &member.body;
     let surfels = match &spec.points {
         Some(points) => surfels::scanned(points, description, body)?,
         None => surfels::spread(spec.target, spec.spacing, share, body)?,
@@ -316,7 +309,7 @@ fn tissue_of(spec: &SurfelSettings) -> TissueSettings {
 
 /// The box around all bodies at rest.
 pub(crate) fn bounds_of(world: &World) -> Bounds {
-    let boxes = world.members().iter().map(|m| m.body.solid.bounds());
+    let boxes = world.bodies().iter().map(|body| body.solid.bounds());
     Bounds::of(boxes.flat_map(|bounds| [bounds.min, bounds.max]))
 }
 

@@ -28,10 +28,10 @@ const MEAN_OVER_ROOT: f64 = 1.44;
 /// Each body's fraction of a number of surfels for all that share one: its size squared over the sum of
 /// them, the size being the cube root of the volume.
 pub(super) fn shares(world: &World) -> Vec<f64> {
-    let squares = world.members().iter().zip(&world.scene().bodies);
+    let squares = world.bodies().iter().zip(&world.scene().bodies);
     let squares: Vec<f64> = squares
-        .map(|(member, spec)| match spec.surfels.target {
-            SurfelTarget::Shared(_) => member.body.initial.volume.cbrt().powi(2),
+        .map(|(body, spec)| match spec.surfels.target {
+            SurfelTarget::Shared(_) => body.volume.cbrt().powi(2),
             SurfelTarget::Count(_) | SurfelTarget::Density(_) => 0.0,
         })
         .collect();

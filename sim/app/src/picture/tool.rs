@@ -16,8 +16,8 @@ const PLANE_SIZE: f64 = 1.6;
 /// Meshes of all tools, and of the blades that are shown now; `looks` replace tools' shapes.
 pub(super) fn meshes(world: &World, looks: &[Option<DrawnMesh>]) -> Vec<DrawnMesh> {
     let tools = world.scene().tools.iter().zip(world.tool_forces());
-    let extent = world.members().iter().map(|member| {
-        let bounds = member.body.solid.bounds();
+    let extent = world.bodies().iter().map(|body| {
+        let bounds = body.solid.bounds();
         bounds.size().max_element()
     });
     let extent = PLANE_SIZE * extent.fold(0.0, f64::max);

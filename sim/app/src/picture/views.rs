@@ -4,7 +4,7 @@ use phyxel_enrich::Factors;
 use phyxel_splat::{ColorScale, DrawnMesh, DrawnTissue};
 
 use phyxel::scene::{Cut, Show};
-use phyxel::{Member, World};
+use phyxel::{Body, World};
 
 use super::inspect::{drawn_binding, drawn_lattices, drawn_normals, drawn_pairs, drawn_sweep};
 
@@ -17,8 +17,7 @@ pub(super) fn has_surface(show: Show) -> bool {
 }
 
 /// Meshes of what is to be shown of a body.
-pub(super) fn meshes(show: Show, member: &Member, skin: &DrawnTissue) -> Vec<DrawnMesh> {
-    let body = &member.body;
+pub(super) fn meshes(show: Show, body: &Body, skin: &DrawnTissue) -> Vec<DrawnMesh> {
     match show {
         Show::Surface | Show::BladePath => Vec::new(),
         Show::Neighbors { node } => {
@@ -26,7 +25,7 @@ pub(super) fn meshes(show: Show, member: &Member, skin: &DrawnTissue) -> Vec<Dra
             let weights = &body.stencils.weights;
             drawn_pairs(&nodes, &body.neighborhoods, weights, body.spacing, node)
         }
-        Show::Lattice => lattices(member),
+        Show::Lattice => lattices(body),
         Show::Normals { length } => vec![drawn_normals(skin.splats(), length)],
         Show::Binding { surfel } => {
             let surfel = surfel as usize;
@@ -49,16 +48,16 @@ pub(super) fn legend(show: Show) -> Option<(ColorScale, &'static str)> {
 }
 
 /// Points of the lattices of a body's cuts where they lie in the material, coloured by φ.
-fn lattices(member: &Member) -> Vec<DrawnMesh> {
+fn lattices(body: &Body) -> Vec<DrawnMesh> {
     let Some((scale, _)) = legend(Show::Lattice) else {
         return Vec::new();
     };
-    let factors = member.cutting.iter().map(|cutting| cutting.factors());
+    let factors = body.cutting.iter().map(|cutting| &cutting.factors);
     let lattices = factors.flat_map(Factors::lattices).map(|grid| {
         let point = move |k: usize| (grid.lattice_point(k), grid.values()[k].phi);
         (grid.size(), point)
     });
-    drawn_lattices(lattices, &scale, member.body.spacing)
+    drawn_lattices(lattices, &scale, body.spacing)
 }
 
 /// The paths of all blades' edges in the world up to now, as nets of lines.

@@ -9,7 +9,7 @@ use super::summary::{
 };
 use crate::picture::Painter;
 use phyxel::scene::Tool;
-use phyxel::{Body, Cutting, Member, World};
+use phyxel::{Body, World};
 
 /// What only the run loop knows.
 pub(super) struct Ending {
@@ -26,8 +26,8 @@ pub(super) fn of(
     records: &Records,
     ending: &Ending,
 ) -> Summary {
-    let bodies = world.members().iter().zip(&records.worst);
-    let bodies = bodies.map(|(member, worst)| body_summary(member, worst));
+    let bodies = world.bodies().iter().zip(&records.worst);
+    let bodies = bodies.map(|(body, worst)| body_summary(body, worst));
     let bodies: Vec<BodySummary> = bodies.collect();
     let stepping = stepping_summary(world, &ending.course);
     let phases = world.phases().clone();
@@ -90,13 +90,13 @@ fn imbalance(body: &Body) -> (bool, f64) {
     (moved, audit.unexplained())
 }
 
-fn body_summary(member: &Member, worst: &Extremes) -> BodySummary {
-    let Member { body, cutting, .. } = member;
-    let cuts = cutting.as_ref().map(Cutting::energy).unwrap_or_default();
+fn body_summary(body: &Body, worst: &Extremes) -> BodySummary {
+    let cutting = body.cutting.as_ref();
+    let cuts = cutting.map(|cutting| cutting.energy).unwrap_or_default();
     let audit = body.motion.audit();
     let graph = &body.neighborhoods;
     let solved = body.stencils.report;
-    let pieces = member.pieces();
+    let pieces = body.pieces();
     let volume: f64 = body.volumes.iter().sum();
     let (moved, imbalance) = imbalance(body);
     BodySummary {
@@ -109,9 +109,9 @@ fn body_summary(member: &Member, worst: &Extremes) -> BodySummary {
         volume,
         volume_error: body.volume_error,
         moved_mass: body.mass_scaling.map_or(0.0, |scaling| scaling.moved),
-        mass_before: body.initial.mass,
+        mass_before: body.mass,
         mass_after: body.motion.masses().iter().sum(),
-        volume_before: body.initial.volume,
+        volume_before: body.volume,
         volume_after: volume,
         stencil_residual: solved.map(|solved| solved.residual),
         stencil_iterations: solved.map(|solved| solved.iterations),
@@ -156,11 +156,11 @@ fn warnings(world: &World, records: &Records) -> Vec<String> {
 
 /// What a world that looks well hides.
 pub(crate) fn doubts(world: &World) -> Vec<String> {
-    let of_bodies = world.members().iter().flat_map(doubts_of);
+    let of_bodies = world.bodies().iter().flat_map(doubts_of);
     world.alarms().iter().cloned().chain(of_bodies).collect()
 }
 
-fn doubts_of(Member { body, cutting, .. }: &Member) -> Vec<String> {
+fn doubts_of(body: &Body) -> Vec<String> {
     let mut doubts = Vec::new();
     let name = &body.name;
     if body.smallest_ratio <= 0.0 {
@@ -188,9 +188,8 @@ fn doubts_of(Member { body, cutting, .. }: &Member) -> Vec<String> {
             100.0 * imbalance
         ));
     }
-    let added = cutting
-        .as_ref()
-        .map_or(0.0, |c| c.energy().largest_addition);
+    let cutting = body.cutting.as_ref();
+    let added = cutting.map_or(0.0, |cutting| cutting.energy.largest_addition);
     if added > LARGEST_CUT_ADDITION {
         doubts.push(format!(
             "body '{name}': one update of a cut added {:.1} % of the elastic energy there was",
@@ -201,7 +200,7 @@ fn doubts_of(Member { body, cutting, .. }: &Member) -> Vec<String> {
 }
 
 fn stepping_summary(world: &World, course: &Course) -> SteppingSummary {
-    let bodies = world.members().iter().map(|member| &member.body);
+    let bodies = world.bodies().iter();
     let stiffest = bodies.min_by(|a, b| a.step_size().total_cmp(&b.step_size()));
     let (critical_step, largest_eigenvalue, iterations) = stiffest.map_or((0.0, 0.0, 0), |body| {
         let found = &body.eigenvalue;
@@ -249,21 +248,24 @@ fn cut_summary(world: &World) -> CutSummary {
         eigenvalue_growth: 1.0,
         ..CutSummary::default()
     };
-    for cutting in world.members().iter().filter_map(|m| m.cutting.as_ref()) {
+    for body in world.bodies() {
+        all.weak_nodes += body.elastic.deficient_nodes().len();
+        all.loose_nodes += body.elastic.loose_nodes();
+        let Some(cutting) = &body.cutting else {
+            continue;
+        };
         let (captures, updates) = cutting.counts();
         all.captures += captures;
         all.updates += updates;
-        all.triangles += cutting.cuts().triangle_count();
-        all.weakened_pairs += cutting.factors().crossed_count();
+        all.triangles += cutting.cuts.triangle_count();
+        all.weakened_pairs += cutting.factors.crossed_count();
         all.severed_pairs += cutting.severed_pairs();
-        all.eigenvalue_growth = all.eigenvalue_growth.max(cutting.growth());
-        if let Some((lattices, without)) = cutting.factors().grid_counts() {
+        all.eigenvalue_growth = all.eigenvalue_growth.max(cutting.growth);
+        if let Some((lattices, without)) = cutting.factors.grid_counts() {
             *all.lattices.get_or_insert(0) += lattices;
             *all.pairs_without_lattice.get_or_insert(0) += without;
         }
-    }
-    for Member { body, cutting, .. } in world.members() {
-        let strokes = cutting.iter().flat_map(Cutting::by_stroke);
+        let strokes = cutting.by_stroke.iter();
         all.strokes.extend(strokes.map(|stroke| StrokeSummary {
             cut: world.scene().cuts[stroke.cut].name.clone(),
             body: body.name.clone(),
@@ -271,8 +273,6 @@ fn cut_summary(world: &World) -> CutSummary {
             updates: stroke.updates,
             energy: stroke.energy,
         }));
-        all.weak_nodes += body.elastic.deficient_nodes().len();
-        all.loose_nodes += body.elastic.loose_nodes();
     }
     all
 }

@@ -93,7 +93,7 @@ impl Records {
             rows.done(time, rate);
             let between = world.body_contact().map_or(&[][..], |(between, _)| between);
             for sum in between {
-                let names = (sum.bodies).map(|body| &*world.members()[body as usize].body.name);
+                let names = (sum.bodies).map(|body| &*world.bodies()[body as usize].name);
                 let [x, y, z] = sum.force.to_array();
                 let amounts = [sum.normal, sum.friction, sum.area, sum.penetration];
                 rows.row(world, &names, &[&[x, y, z][..], &amounts].concat(), &[]);
@@ -105,15 +105,13 @@ impl Records {
     fn add_history(&mut self, world: &World) {
         let rate = world.scene().observe.history_rate;
         self.history.done(world.time(), rate);
-        self.worst
-            .resize(world.members().len(), Extremes::default());
-        for (member, worst) in world.members().iter().zip(&mut self.worst) {
-            let body = &member.body;
+        self.worst.resize(world.bodies().len(), Extremes::default());
+        for (body, worst) in world.bodies().iter().zip(&mut self.worst) {
             let now = extremes(body);
             worst.momentum_error = worst.momentum_error.max(now.momentum_error);
             worst.largest_speed = worst.largest_speed.max(now.largest_speed);
             let audit = body.motion.audit();
-            let severed = member.cutting.as_ref().map_or(0, Cutting::severed_pairs);
+            let severed = body.cutting.as_ref().map_or(0, Cutting::severed_pairs);
             let numbers = [
                 audit.kinetic,
                 audit.elastic,

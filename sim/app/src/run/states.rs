@@ -42,7 +42,8 @@ impl States {
             return Ok(());
         }
         for suffix in ENDINGS {
-            let kept: Vec<String> = bodies(world)
+            let bodies = world.bodies().iter();
+            let kept: Vec<String> = bodies
                 .flat_map(|body| (0..self.times.len()).map(|index| numbered(body, index)))
                 .map(|name| format!("{name}{suffix}"))
                 .collect();
@@ -93,7 +94,7 @@ impl States {
         let mut names = write(folder, world, painter, name)?;
         if !self.times.is_empty() {
             let folder = OutputFolder::create(&folder.path().join(FOLDER))?;
-            for body in bodies(world) {
+            for body in world.bodies() {
                 let name = format!("{}.vtk{SERIES}", file_name(&body.name));
                 folder.write(&name, self.series(body).as_bytes())?;
             }
@@ -114,10 +115,6 @@ impl States {
     }
 }
 
-fn bodies(world: &World) -> impl Iterator<Item = &Body> {
-    world.members().iter().map(|member| &member.body)
-}
-
 fn numbered(body: &Body, index: usize) -> String {
     format!("{}-{index:05}", file_name(&body.name))
 }
@@ -132,7 +129,7 @@ fn write(
     if let Some(painter) = &mut painter {
         painter.carry(world);
     }
-    for (index, body) in bodies(world).enumerate() {
+    for (index, body) in world.bodies().iter().enumerate() {
         let mut keep = |name: String, content: &[u8]| {
             folder.write(&name, content)?;
             names.push(name);

@@ -325,10 +325,10 @@ impl Timings {
             milliseconds_per_step: share(stepping, steps),
             phases: Phase::ALL
                 .iter()
-                .map(|&phase| {
+                .map(|&(phase, name)| {
                     let spent = phases.of(phase);
                     PhaseTiming {
-                        phase: phase.name(),
+                        phase: name,
                         seconds: spent.seconds,
                         calls: spent.calls,
                         milliseconds_per_call: share(spent.seconds, spent.calls),

@@ -70,7 +70,7 @@ fn compare_places(browser: &mut Chromium, scene: &Scene) {
     while session.world().steps() < steps {
         session.step().unwrap();
     }
-    let bounds = session.world().members()[0].body.solid.bounds();
+    let bounds = session.world().bodies()[0].solid.bounds();
     let size = bounds.size().length();
     let (painter, world) = session.drawing();
     painter.carry(world);

@@ -45,12 +45,12 @@ fn at_rest() -> Session {
 
 /// Corners (m) of the box around its body.
 fn corners(session: &Session) -> [DVec3; 2] {
-    let bounds = session.world().members()[0].body.solid.bounds();
+    let bounds = session.world().bodies()[0].solid.bounds();
     [bounds.min, bounds.max]
 }
 
 fn positions(session: &Session) -> Vec<[u64; 3]> {
-    let body = &session.world().members()[0].body;
+    let body = &session.world().bodies()[0];
     let places = body.motion.positions().iter();
     places.map(|x| x.to_array().map(f64::to_bits)).collect()
 }
@@ -130,7 +130,7 @@ fn a_scripted_session_holds_and_its_recording_repeats_it_to_the_bit() {
         }
     }
     let world = session.world();
-    let body = &world.members()[0].body;
+    let body = &world.bodies()[0];
     assert!(body.motion.positions().iter().all(|x| x.is_finite()));
     let audit = body.motion.audit();
     let balance = audit.energy_error() / audit.scale();
@@ -225,7 +225,7 @@ pub(crate) fn run_of_files(folder: &Path) -> (u64, [f64; 3], Vec<Input>) {
 
 /// As [`run_of_saved`], of the session as it is.
 fn steps_and_energies(session: &Session) -> (u64, [u64; 3]) {
-    let audit = session.world().members()[0].body.motion.audit();
+    let audit = session.world().bodies()[0].motion.audit();
     let energies = [audit.kinetic, audit.elastic, audit.dissipated];
     (session.world().steps(), energies.map(f64::to_bits))
 }
@@ -376,15 +376,15 @@ fn a_line_across_an_organ_without_load_severs_it() {
     assert!(session.blade().is_empty(), "the stroke has ended");
     assert!(session.severed_pairs() > 100, "{}", session.severed_pairs());
     assert_eq!(session.world().retaken().stretches, 0, "nothing went wrong");
-    let cutting = session.world().members()[0].cutting.as_ref().unwrap();
-    assert!(cutting.energy().largest_addition < 0.01, "of nothing");
+    let cutting = session.world().bodies()[0].cutting.as_ref().unwrap();
+    assert!(cutting.energy.largest_addition < 0.01, "of nothing");
 }
 
 #[test]
 fn a_grip_pulls_with_the_force_that_the_body_pulls_back() {
     let mut session = at_rest();
     let places = |session: &Session| {
-        let body = &session.world().members()[0].body;
+        let body = &session.world().bodies()[0];
         body.motion.positions().to_vec()
     };
     let at_rest = places(&session);
@@ -406,7 +406,7 @@ fn a_grip_pulls_with_the_force_that_the_body_pulls_back() {
     // A hold on few nodes is soft (see `LARGEST_PHASE`); what hangs from it pulls down.
     assert!((0.004..0.0105).contains(&moved), "moved {moved} m");
     assert!(force.z < -0.02, "{force} N");
-    let audit = session.world().members()[0].body.motion.audit();
+    let audit = session.world().bodies()[0].motion.audit();
     assert!(audit.applied_work > 0.0);
     assert!(audit.energy_error().abs() < 0.01 * audit.scale());
     session.let_go();
@@ -421,7 +421,7 @@ fn gravity_and_damping_are_what_hands_set() {
     session.set_gravity(DVec3::ZERO);
     session.set_damping(20.0);
     let height = |session: &Session| {
-        let places = session.world().members()[0].body.motion.positions();
+        let places = session.world().bodies()[0].motion.positions();
         places.iter().map(|x| x.z).sum::<f64>()
     };
     let before = height(&session);
@@ -431,7 +431,7 @@ fn gravity_and_damping_are_what_hands_set() {
     assert!(height(&session) > before, "without weight it rises");
     assert_eq!(session.world().gravity(), DVec3::ZERO);
     assert!((session.world().damping() - 20.0).abs() < 1e-12);
-    let motion = &session.world().members()[0].body.motion;
+    let motion = &session.world().bodies()[0].motion;
     assert_eq!(motion.settings().damping.to_bits(), 20.0_f64.to_bits());
 }
 

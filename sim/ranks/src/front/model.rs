@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use glam::{DMat3, DVec3};
-use phyxel::{BodyProblem, BodyShares, Member};
+use phyxel::{Body, BodyProblem, BodyShares};
 use phyxel_elastic::StiffNode;
 use phyxel_integrate::{Eigenvalue, EigenvalueError, EigenvalueSettings, Motion, State};
 
@@ -20,14 +20,14 @@ use crate::wire::{
 };
 
 impl BodyShares for Front {
-    fn set_model(&mut self, member: &Member, watched: &[u32]) -> Result<(), BodyProblem> {
+    fn set_model(&mut self, body: &Body, watched: &[u32]) -> Result<(), BodyProblem> {
         let begun = Instant::now();
-        let layout = Layout::new(member.body.rest.len(), ranks());
+        let layout = Layout::new(body.rest.len(), ranks());
         let mut mine = None;
         self.wake();
         Command::Model.give();
-        let (packages, locals) = packages(&layout, member, watched);
-        let models = Models::new(member);
+        let (packages, locals) = packages(&layout, body, watched);
+        let models = Models::new(body);
         for (rank, (package, locals)) in packages.into_iter().zip(&locals).enumerate() {
             let model = models.of(locals);
             if rank == FRONT {
@@ -40,7 +40,7 @@ impl BodyShares for Front {
         }
         self.watch(&layout, watched);
         self.locals = locals;
-        self.frame = Some(member.body.elastic.frame());
+        self.frame = Some(body.elastic.frame());
         self.layout = Some(layout);
         let built = mine.transpose();
         let fine = all_fine(built.is_ok());
@@ -51,23 +51,23 @@ impl BodyShares for Front {
 
     fn change_model(
         &mut self,
-        member: &Member,
+        body: &Body,
         changed: &[u32],
         watched: &[u32],
     ) -> Result<(), BodyProblem> {
         let Some(layout) = self.layout.clone() else {
             return Ok(());
         };
-        if self.frame != Some(member.body.elastic.frame()) {
-            self.set_model(member, watched)?;
-            return self.set_state(&member.body.motion);
+        if self.frame != Some(body.elastic.frame()) {
+            self.set_model(body, watched)?;
+            return self.set_state(&body.motion);
         }
         let begun = Instant::now();
         Command::Change(!changed.is_empty()).give();
         let others = (watched != self.watched).then_some(watched);
         let mut made = Ok(());
         for (rank, locals) in self.locals.iter().enumerate() {
-            let change = Change::new(locals, member, changed, others);
+            let change = Change::new(locals, body, changed, others);
             if rank == FRONT {
                 let mine = self.mine.as_mut();
                 made = mine.map_or(Ok(()), |mine| mine.change(change));

@@ -1,7 +1,7 @@
 //! What a cut changes in what a rank was given.
 
 use glam::{DMat3, DVec3};
-use phyxel::{BodyProblem, Member, elastic_stencils};
+use phyxel::{Body, BodyProblem, elastic_stencils};
 use phyxel_elastic::{Elastic, Rows};
 use serde::{Deserialize, Serialize};
 
@@ -35,14 +35,14 @@ impl Change {
     /// The rank's part of a change of the rows of `nodes`, ascending; `watched` if others are than before.
     pub(crate) fn new(
         locals: &Locals,
-        member: &Member,
+        body: &Body,
         nodes: &[u32],
         watched: Option<&[u32]>,
     ) -> Self {
-        let view = elastic_stencils(&member.body.stencils, &member.body.neighborhoods);
+        let view = elastic_stencils(&body.stencils, &body.neighborhoods);
         let corrected = !view.multipliers.is_empty();
         let is_changed = |node: u32| nodes.binary_search(&node).is_ok();
-        let state = member.body.elastic.state();
+        let state = body.elastic.state();
         let mut change = Self {
             nodes: Vec::new(),
             weights: Vec::new(),
@@ -51,9 +51,9 @@ impl Change {
             multipliers: Vec::new(),
             control_scales: of_rank(state.control, locals, is_changed),
             fronts: of_rank(state.fronts, locals, is_changed),
-            weak: weak_nodes(member, locals, is_changed),
+            weak: weak_nodes(body, locals, is_changed),
             offsets_of_gradients: of_rank(state.offsets, locals, is_changed),
-            carries: member.body.elastic.decays(),
+            carries: body.elastic.decays(),
             watched: watched.map(|watched| (locals.watched(watched), watched.len())),
         };
         // Nodes in the rows, by their numbers in the body.
@@ -64,11 +64,11 @@ impl Change {
             };
             let (at, whole) = (node as usize, !locals.is_cut_off(node));
             change.nodes.push(local);
-            let weights = row(member, locals, node).map(|(_, pair)| view.weights[pair] as f32);
+            let weights = row(body, locals, node).map(|(_, pair)| view.weights[pair] as f32);
             change.weights.extend(weights);
             seen.push(node);
             if whole {
-                seen.extend_from_slice(member.body.neighborhoods.row(at));
+                seen.extend_from_slice(body.neighborhoods.row(at));
             }
             let matrix = if whole {
                 view.matrices[at]

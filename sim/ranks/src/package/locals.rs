@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use phyxel::Member;
+use phyxel::Body;
 use phyxel_elastic::WATCHED_NODES;
 
 use crate::layout::Halo;
@@ -108,11 +108,11 @@ impl Locals {
 
 /// Neighbours of a node that a rank has, by their local numbers, and their pairs in the body.
 pub(super) fn row<'a>(
-    member: &'a Member,
+    body: &'a Body,
     locals: &'a Locals,
     node: u32,
 ) -> impl Iterator<Item = (u32, usize)> + 'a {
-    let graph = &member.body.neighborhoods;
+    let graph = &body.neighborhoods;
     let all = graph.row(node as usize).iter();
     all.zip(graph.pairs(node as usize))
         .filter_map(|(&other, pair)| Some((locals.local_of(other)?, pair)))

@@ -1,7 +1,7 @@
 //! What cuts and corners leave in a rank's model beside its rows: deficient nodes and offsets of deformation gradients.
 
 use glam::DVec3;
-use phyxel::{Cutting, Member};
+use phyxel::Body;
 use phyxel_elastic::Elastic;
 use serde::{Deserialize, Serialize};
 
@@ -18,15 +18,7 @@ pub(super) struct Weak {
 }
 
 /// Weak ones of a rank's nodes, of some.
-pub(super) fn weak_nodes(
-    member: &Member,
-    locals: &Locals,
-    some: impl Fn(u32) -> bool,
-) -> Vec<Weak> {
-    let body = &member.body;
-    // Without a cut, deficient nodes are those at corners of what is fixed.
-    let factors = member.cutting.as_ref().map(Cutting::factors);
-    let left = |pair| factors.map_or(1.0, |factors| factors.factor(pair));
+pub(super) fn weak_nodes(body: &Body, locals: &Locals, some: impl Fn(u32) -> bool) -> Vec<Weak> {
     let bonds = body.elastic.bond_energies();
     let offsets = body.elastic.state().bonds;
     let mut weak = Vec::new();
@@ -42,7 +34,7 @@ pub(super) fn weak_nodes(
             let pairs = body.neighborhoods.pairs(node as usize);
             weak.push(Weak {
                 node: local,
-                shares: pairs.map(left).collect(),
+                shares: pairs.map(|pair| body.factor(pair)).collect(),
                 offsets: offsets[from..to].to_vec(),
             });
         }

@@ -25,7 +25,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     world.play(0.3, |_| ())?;
     let lowest = world.positions(0).iter().map(|x| x.z).fold(0.0, f64::min);
     assert!(lowest < -0.041, "{lowest}");
-    let cutting = world.members()[0].cutting.as_ref().ok_or("no cut")?;
+    let cutting = world.bodies()[0].cutting.as_ref().ok_or("no cut")?;
     assert!((50..2000).contains(&cutting.severed_pairs()));
     Ok(())
 }

@@ -33,8 +33,8 @@ impl Show {
     pub(super) fn introduce(&mut self, to: To) {
         let world = self.session.world();
         let scene = scene_of(self.epoch, &self.session, &self.base, &self.sources);
-        let nodes = world.members().iter().enumerate();
-        let nodes = nodes.map(|(index, member)| encode_nodes(self.epoch, index, &member.body.rest));
+        let nodes = world.bodies().iter().enumerate();
+        let nodes = nodes.map(|(index, body)| encode_nodes(self.epoch, index, &body.rest));
         let skins = self.skins.whole(self.epoch, self.session.painter());
         let messages = nodes.chain(skins).collect();
         self.server.begin(to, scene, messages);

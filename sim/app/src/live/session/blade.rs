@@ -1,7 +1,7 @@
 //! Strokes of the user's blade: those that wait, and the edges that each is captured by.
 
 use glam::DVec3;
-use phyxel::{Member, StrokePhase};
+use phyxel::StrokePhase;
 use phyxel_discretize::Bounds;
 use phyxel_enrich::resampled;
 
@@ -116,7 +116,7 @@ impl Session {
         if stroke.due.is_some() || (stroke.first.is_none() && !stroke.lead.ending) {
             return;
         }
-        let positions = self.world.members().iter().flat_map(|Member { body, .. }| {
+        let positions = self.world.bodies().iter().flat_map(|body| {
             let positions = body.motion.positions().iter();
             positions.flat_map(|x| [*x - body.spacing, *x + body.spacing])
         });

@@ -1,0 +1,89 @@
+//! What moves in a body, as it is kept.
+
+use glam::DVec3;
+use phyxel_integrate::{Grip, State, StiffnessTracker, Warning};
+use serde::{Deserialize, Serialize};
+
+use crate::body::{Body, evaluate};
+use crate::cutting::{CutState, Cutting};
+use crate::tool::ToolContact;
+
+/// What moves in a body, and what watches over it.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct BodyState {
+    /// Checksum of the rest positions: a mesh file may have changed since.
+    pub(crate) fingerprint: u32,
+    pub(crate) motion: State,
+    pub(crate) stiffness: StiffnessTracker,
+    pub(crate) eigenvector: Vec<DVec3>,
+    pub(crate) smallest_ratio: f64,
+    pub(crate) doubt: Option<Warning>,
+    pub(crate) cut: CutState,
+    /// What decays in the model, and its control.
+    pub(crate) elastic: phyxel_elastic::State,
+    /// Energy (J) that viscosity has lost.
+    pub(crate) relaxed: f64,
+    pub(crate) contacts: Vec<ToolContact>,
+    pub(crate) grip: Option<Grip>,
+}
+
+impl BodyState {
+    /// Whether this can be a state of a body with the cuts that it has now: lists of its lengths, indices
+    /// within it, finite numbers.
+    pub(crate) fn fits(&self, body: &Body) -> bool {
+        let n = body.rest.len();
+        let mut numbers = self.stiffness.indicators.iter().chain([&self.relaxed]);
+        let mut estimates = self.stiffness.estimates.iter();
+        body.motion.fits(&self.motion)
+            && estimates.all(|value| value.is_finite() && *value >= 0.0)
+            && (self.eigenvector.is_empty() || self.eigenvector.len() == n)
+            && self.eigenvector.iter().all(|x| x.is_finite())
+            && !self.smallest_ratio.is_nan()
+            && numbers.all(|x| x.is_finite())
+            && self.cut.is_finite()
+            && self.elastic.fits(&body.elastic)
+            && self.contacts.len() == body.contacts.len()
+            && (self.contacts.iter().zip(&body.contacts))
+                .all(|(kept, built)| kept.is_sound(n, built))
+            && self.grip.as_ref().is_none_or(|grip| grip.is_sound(n))
+    }
+}
+
+impl Body {
+    /// What moves, to be kept.
+    pub(crate) fn state(&self) -> BodyState {
+        let cutting = self.cutting.as_ref();
+        BodyState {
+            fingerprint: self.fingerprint,
+            motion: self.motion.state().clone(),
+            stiffness: self.stiffness.clone(),
+            eigenvector: self.eigenvector.clone(),
+            smallest_ratio: self.smallest_ratio,
+            doubt: self.doubt,
+            cut: cutting.map(Cutting::state).unwrap_or_default(),
+            elastic: self.elastic.state(),
+            relaxed: self.relaxed,
+            contacts: self.contacts.clone(),
+            grip: self.grip.clone(),
+        }
+    }
+
+    /// Restores a snapshot of the same body with the same cuts; the model is brought to its positions.
+    pub(crate) fn set_state(&mut self, state: BodyState) {
+        self.elastic.set_state(&state.elastic);
+        evaluate(&mut self.elastic, &state.motion.positions);
+        self.motion.restore(state.motion);
+        self.rebuilt_here();
+        self.stiffness = state.stiffness;
+        self.eigenvector = state.eigenvector;
+        self.turned_here();
+        self.smallest_ratio = state.smallest_ratio;
+        self.doubt = state.doubt;
+        self.relaxed = state.relaxed;
+        self.contacts = state.contacts;
+        self.grip = state.grip;
+        if let Some(cutting) = &mut self.cutting {
+            cutting.set_state(state.cut);
+        }
+    }
+}

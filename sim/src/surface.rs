@@ -1,0 +1,168 @@
+//! A body's outside with its cuts: pieces, the surface that tools touch, and samples of it that are drawn or touch other
+//! bodies.
+
+use std::borrow::Cow;
+
+use glam::DVec3;
+use phyxel_discretize::{Solid, boundary_triangles, nodal_surface_areas};
+use phyxel_enrich::{Pieces, connected_pieces};
+use phyxel_integrate::ContactSurface;
+use phyxel_splat::{SurfelError, Tissue, triangle_near_box};
+
+use crate::body::Body;
+use crate::error::BodyProblem;
+use crate::scene::{self, Scene};
+use crate::shape::Sampled;
+use crate::tool::ToolContact;
+
+/// Contact points along a side of a surface triangle: enough for contacts of two spacings.
+const DIVISIONS: u32 = 4;
+
+/// What tools touch of an uncut body.
+#[derive(Debug, Clone)]
+pub(crate) enum ToolSurface {
+    /// Triangles of the outside; none in a scene without tools.
+    Triangles(Vec<[u32; 3]>),
+    /// Nodes on the surface, each with the area (m²) nearest to it, where there are no tetrahedra.
+    Nodes(Vec<u32>, Vec<f64>),
+}
+
+impl ToolSurface {
+    pub(crate) fn of(
+        scene: &Scene,
+        solid: &Solid,
+        sampled: &Sampled,
+        spacing: f64,
+    ) -> Result<Self, BodyProblem> {
+        if scene.tools.is_empty() {
+            return Ok(Self::Triangles(Vec::new()));
+        }
+        if !sampled.tetrahedra.is_empty() {
+            let triangles = boundary_triangles(&sampled.tetrahedra, |_| true);
+            return Ok(Self::Triangles(triangles));
+        }
+        let outer = sampled.outer.iter().copied();
+        let places = outer.clone().map(|node| sampled.positions[node as usize]);
+        let areas = nodal_surface_areas(solid, &places.collect::<Vec<_>>(), spacing)?;
+        let covered = outer.zip(areas).filter(|&(_, area)| area > 0.0);
+        let (nodes, areas) = covered.unzip();
+        Ok(Self::Nodes(nodes, areas))
+    }
+
+    pub(crate) fn triangles(&self) -> &[[u32; 3]] {
+        match self {
+            Self::Triangles(triangles) => triangles,
+            Self::Nodes(..) => &[],
+        }
+    }
+}
+
+impl Body {
+    /// Pieces of the body as cuts left it, what lies within a support among them.
+    #[must_use]
+    pub fn pieces(&self) -> Pieces {
+        let graph = &self.neighborhoods;
+        let (offsets, indices) = (graph.offsets(), graph.indices());
+        let mut links = Cow::Borrowed(&self.stencils.weights[..]);
+        for &node in &self.inert {
+            for pair in graph.pairs(node as usize) {
+                let links = links.to_mut();
+                links[pair] = self.factor(pair);
+                if let Some(back) = graph.find_pair(indices[pair] as usize, node) {
+                    links[back] = links[pair];
+                }
+            }
+        }
+        connected_pieces(offsets, indices, &links)
+    }
+
+    /// Lets samples of its surface follow new triangles of its cut (m, at rest); the surfels that may be other than before.
+    ///
+    /// # Errors
+    /// [`SurfelError`] if a triangle is not finite.
+    pub fn cut_surface(
+        &self,
+        surface: &mut Tissue,
+        triangles: &[[DVec3; 3]],
+    ) -> Result<Vec<u32>, SurfelError> {
+        let Some(cutting) = &self.cutting else {
+            return Ok(Vec::new());
+        };
+        let (near, cuts) = (self.triangles_near(triangles), &cutting.cuts);
+        let inside = |point| self.solid.contains(point);
+        let change = surface.cut(&near, &inside, &|a, b| cuts.crosses(a, b))?;
+        Ok(change.surfels)
+    }
+
+    /// What lies in or near the body of such triangles: a blade reaches far out of it.
+    fn triangles_near(&self, triangles: &[[DVec3; 3]]) -> Vec<[DVec3; 3]> {
+        let bounds = self.solid.bounds();
+        let near = triangles.iter().filter(|[a, b, c]| {
+            let middle = (*a + *b + *c) / 3.0;
+            let sizes = [a, b, c].map(|corner| corner.distance(middle));
+            let size = sizes.into_iter().fold(0.0, f64::max);
+            self.solid.signed_distance(middle) < size + 2.0 * self.spacing
+        });
+        near.flat_map(|triangle| triangle_near_box(*triangle, bounds.min, bounds.max))
+            .collect()
+    }
+
+    /// The contacts of all tools that may touch it, before it was cut.
+    pub(crate) fn contacts_of(
+        &self,
+        scene: &Scene,
+        description: &scene::Body,
+    ) -> Result<Vec<ToolContact>, BodyProblem> {
+        let tools = scene.tools.iter().enumerate();
+        tools
+            .filter(|(_, tool)| tool.body.as_ref().is_none_or(|name| *name == self.name))
+            .map(|(index, tool)| {
+                let stiffness = (description.material.youngs_modulus, self.spacing);
+                Ok(ToolContact::new(
+                    index,
+                    tool,
+                    self.contact_surface()?,
+                    stiffness,
+                ))
+            })
+            .collect()
+    }
+
+    /// Gives tools way where cuts have torn the surface since: the area of torn triangles goes to their corners, so that
+    /// nothing spans the gap.
+    pub(crate) fn tear_contacts(&mut self) -> Result<(), BodyProblem> {
+        let holds = |a: u32, b: u32| self.holds(a, b);
+        let whole = |&&[a, b, c]: &&[u32; 3]| holds(a, b) && holds(b, c) && holds(c, a);
+        let outside = self.tool_surface.triangles();
+        let torn = outside.len() - outside.iter().filter(whole).count();
+        if self.contacts.iter().any(|contact| contact.torn != torn) {
+            let surface = self.contact_surface()?;
+            for contact in &mut self.contacts {
+                contact.rigid.set_surface(surface.clone());
+                contact.torn = torn;
+            }
+        }
+        Ok(())
+    }
+
+    /// Contact points on its outside: a triangle is torn if two of its corners no longer hold together.
+    fn contact_surface(&self) -> Result<ContactSurface, BodyProblem> {
+        let rest = &self.rest;
+        let holds = |a: u32, b: u32| self.holds(a, b);
+        Ok(match &self.tool_surface {
+            // No node's area spans a gap.
+            ToolSurface::Nodes(nodes, areas) => {
+                ContactSurface::from_nodes(nodes, areas, rest.len())?
+            }
+            ToolSurface::Triangles(outside) => {
+                ContactSurface::from_torn_triangles(outside, rest, DIVISIONS, holds)?
+            }
+        })
+    }
+
+    /// Whether no cut has severed two nodes that were neighbours.
+    fn holds(&self, a: u32, b: u32) -> bool {
+        let pair = self.neighborhoods.find_pair(a as usize, b);
+        pair.is_none_or(|pair| self.factor(pair) > 0.0)
+    }
+}
