@@ -1,4 +1,4 @@
-//! Cuts: one update, a whole cut by the default and by the grid, queries, the hard cases.
+//! Cuts: one update, a whole cut by the default and by the grid, queries.
 //! `cargo bench -p benches --bench enrich`
 #![allow(missing_docs, reason = "criterion emits undocumented functions")]
 #![allow(
@@ -86,121 +86,6 @@ impl Block {
     }
 }
 
-/// A cut in the middle of a block, about ten spacings long and eight high.
-struct Case {
-    name: &'static str,
-    weld_tolerance: f64,
-    strokes: Vec<Vec<[DVec3; 2]>>,
-}
-
-/// The hard cases; `m` is the block's middle, a whole number of spacings.
-fn hard_cases(m: f64) -> Vec<Case> {
-    let upright = |x: f64, y: f64| [DVec3::new(x, y, m - 4.0), DVec3::new(x, y, m + 4.0)];
-    let line = |count: usize, at: &dyn Fn(f64) -> [f64; 2]| -> Vec<[DVec3; 2]> {
-        let places = (0..=count).map(|k| at(k as f64 / count as f64));
-        places.map(|[x, y]| upright(m + x, m + y)).collect()
-    };
-    let flat = |from: f64, to: f64| line(10, &|t| [from + (to - from) * t, 0.3]);
-    let mut dice = Vec::new();
-    for c in [-2.5, 0.3, 2.6] {
-        dice.push(line(10, &|t| [10.0 * t - 5.0, c]));
-        dice.push(line(10, &|t| [c, 10.0 * t - 5.0]));
-        let level = |x: f64| [-5.0, 5.0].map(|y| DVec3::new(m + x, m + y, m + c));
-        dice.push((0..=10).map(|k| level(f64::from(k) - 5.0)).collect());
-    }
-    let mut retraced = flat(-5.0, 5.0);
-    retraced.extend(flat(5.0, -5.0));
-    let mut refused = flat(-5.0, 5.0);
-    refused.insert(5, [DVec3::NAN; 2]);
-    let far = 1e5;
-    let huge = vec![
-        [
-            DVec3::new(-far, m + 0.3, -far),
-            DVec3::new(far, m + 0.3, -far),
-        ],
-        [DVec3::new(0.0, m + 0.3, far); 2],
-    ];
-    let case = |name, weld_tolerance, strokes| Case {
-        name,
-        weld_tolerance,
-        strokes,
-    };
-    vec![
-        case(
-            "nodes_on_the_cut",
-            0.1,
-            vec![line(10, &|t| [10.0 * t - 5.0, 0.0])],
-        ),
-        case(
-            "through_edges_and_corners",
-            0.1,
-            vec![line(10, &|t| [10.0 * t - 5.0, 5.0 - 10.0 * t])],
-        ),
-        case("slivers", 0.0, vec![line(40, &|t| [2e-3 * t, 0.3])]),
-        case("dice", 0.1, dice),
-        case("retraced", 0.1, vec![retraced]),
-        case(
-            "pen_put_back_within",
-            0.1,
-            vec![flat(-5.0, 0.0), flat(0.05, 5.0)],
-        ),
-        case(
-            "pen_put_back_beyond",
-            0.1,
-            vec![flat(-5.0, 0.0), flat(0.5, 5.0)],
-        ),
-        case(
-            "outside",
-            0.1,
-            vec![line(10, &|t| [10.0 * t - 5.0, 1000.0])],
-        ),
-        case("refused", 0.1, vec![refused]),
-        case(
-            "thousand_tiny",
-            0.0,
-            vec![line(500, &|t| [10.0 * t - 5.0, 0.3])],
-        ),
-        case("one_huge", 0.1, vec![huge]),
-    ]
-}
-
-/// Takes a case into a body, capture by capture.
-fn take(case: &Case, block: &Block, factors: &mut PairFactors) -> usize {
-    let mut cuts = Cuts::new(&CutSettings {
-        weld_tolerance: case.weld_tolerance,
-        ..CutSettings::for_spacing(1.0)
-    });
-    for blades in &case.strokes {
-        let stroke = cuts.start(&blades[0]).unwrap();
-        for blade in &blades[1..] {
-            if let Ok(new) = cuts.append(stroke, blade) {
-                block.update(factors, &cuts, new);
-            }
-        }
-        cuts.end(stroke).unwrap();
-    }
-    factors.crossed_count()
-}
-
-fn hard(c: &mut Criterion) {
-    let mut group = c.benchmark_group("enrich/hard");
-    for side in SIDES {
-        // Without jitter: nodes lie on cuts, and cuts run through edges and corners of the lattice.
-        let block = Block::new(side, 0.0);
-        let whole = block.factors(Rule::Diffraction);
-        for case in hard_cases((side / 2) as f64) {
-            group.bench_function(BenchmarkId::new(case.name, block.x.len()), |b| {
-                b.iter_batched_ref(
-                    || whole.clone(),
-                    |factors| black_box(take(&case, &block, factors)),
-                    BatchSize::LargeInput,
-                );
-            });
-        }
-    }
-    group.finish();
-}
-
 fn update(c: &mut Criterion) {
     let mut group = c.benchmark_group("enrich/update_two_triangles");
     for side in SIDES {
@@ -281,5 +166,5 @@ fn queries(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, update, whole_cut, queries, hard);
+criterion_group!(benches, update, whole_cut, queries);
 criterion_main!(benches);

@@ -8,19 +8,13 @@ use phyxel_splat::{
     TissueTexture, covering_radii,
 };
 use std::hint::black_box;
+use testkit::cloud::golden_sphere;
 
 /// A sphere of radius 0.1 m on a golden spiral, in 8,000 nodes.
 fn sphere(n: u32) -> (Tissue, Vec<DVec3>) {
-    let (mut x, mut normals, mut areas) = (vec![], vec![], vec![]);
-    for i in 0..n {
-        let y = 1.0 - 2.0 * (f64::from(i) + 0.5) / f64::from(n);
-        let turn = f64::from(i) * 2.399_963_229_728_653;
-        let ring = (1.0 - y * y).sqrt();
-        let p = DVec3::new(ring * turn.cos(), y, ring * turn.sin());
-        x.push(p * 0.1);
-        normals.push(p);
-        areas.push(4.0 * std::f64::consts::PI * 0.01 / f64::from(n));
-    }
+    let normals = golden_sphere(n);
+    let x: Vec<DVec3> = normals.iter().map(|p| *p * 0.1).collect();
+    let areas = vec![4.0 * std::f64::consts::PI * 0.01 / f64::from(n); x.len()];
     let mut nodes = Vec::new();
     for i in 0..20_i32.pow(3) {
         let p = DVec3::new(

@@ -19,6 +19,7 @@ use crate::batch::{Case, Sheet, chosen, run_all};
 use crate::cracks::Fronts;
 use crate::draw::Drawing;
 use crate::error::of_file;
+use crate::report::in_words;
 use crate::row::Row;
 use crate::studies::{Effort, STUDIES, Study, write_page};
 use crate::watch::Options;
@@ -259,7 +260,7 @@ fn verdict(breaches: &[String]) -> Result<bool, StudyError> {
 }
 
 /// Prints findings and keeps them in a file, then prints what exceeds a limit; whether nothing does.
-fn judge<F: Display + Serialize>(
+fn judge<F: Serialize>(
     out: &Path,
     file: &str,
     findings: impl Iterator<Item = Result<F, StudyError>>,
@@ -269,7 +270,7 @@ fn judge<F: Display + Serialize>(
     let mut found = Vec::new();
     for finding in findings {
         let finding = finding?;
-        say(&finding)?;
+        say(in_words(&finding)?)?;
         sheet.add(&finding)?;
         found.extend(breaches(&finding));
     }

@@ -4,10 +4,9 @@
 //! middle of the right edge rises by 23.96 (Cook 1974; converged value of fine meshes). The nearly
 //! incompressible variant in plane strain is another one, with another value.
 
-use std::fmt;
-
 use crate::problems::block::lattice;
 use crate::problems::model::{ElasticBody, small_displacements};
+use crate::problems::nearest;
 use crate::problems::solid::Solid;
 use glam::DVec3;
 use serde::Serialize;
@@ -30,17 +29,6 @@ pub struct Finding {
     pub nodes: usize,
     /// Rise of the middle of the right edge.
     pub rise: f64,
-}
-
-impl fmt::Display for Finding {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let part = self.rise / RISE;
-        write!(
-            f,
-            "{:3} cells, {:5} nodes: rises by {:.3}, of {RISE} {part:.4}",
-            self.cells, self.nodes, self.rise
-        )
-    }
 }
 
 /// Loads a membrane of `cells` × `cells` × 1 cells, half of one that is symmetric about its middle
@@ -76,15 +64,11 @@ pub fn measure(cells: u32) -> Result<Finding, StudyError> {
         let free = if x.x < 1e-9 { 0.0 } else { 1.0 };
         DVec3::new(free, free, if x.z < 1e-9 { 0.0 } else { 1.0 })
     })?;
-    let middle = DVec3::new(48.0, 52.0, 0.0);
-    let nearest = (0..rest.len()).min_by(|&a, &b| {
-        let far = |i: usize| rest[i].distance_squared(middle);
-        far(a).total_cmp(&far(b))
-    });
+    let middle = nearest(&rest, DVec3::new(48.0, 52.0, 0.0), |_| true);
     Ok(Finding {
         cells,
         nodes: rest.len(),
-        rise: nearest.map_or(f64::NAN, |node| moved[node].y),
+        rise: middle.map_or(f64::NAN, |node| moved[node].y),
     })
 }
 

@@ -1,8 +1,6 @@
 //! Griffith's identity: what a cut along a double cantilever with fixed grips releases, per area, is
 //! the energy release rate.
 
-use std::fmt;
-
 use glam::DVec3;
 use phyxel::scene::{Body, Cut, Key, Region, Scene, Shape, Support, Target};
 use serde::Serialize;
@@ -52,22 +50,6 @@ pub struct Finding {
     /// The run's figures.
     #[serde(skip)]
     pub row: Row,
-}
-
-impl fmt::Display for Finding {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "{:4} across an arm: stored before the cut {:.3} of the closed form; released per area \
-             {:.3} G by the load, {:.3} by the closed form, {:.3} of it by updates; worst update {:+.1e} of what is stored",
-            self.spacings,
-            self.stored,
-            self.ratio,
-            self.ratio_of_closed_form,
-            self.by_updates,
-            self.row.added
-        )
-    }
 }
 
 /// Energy (J) of both arms, cut to `a` (m) from grips that hold their ends upright and `OPENING` apart.

@@ -1,13 +1,11 @@
 //! The embedded liver's cuts over node counts, captures and steps: how flat their surfaces are, what they
 //! sever, and how far they open.
 
-use std::collections::BTreeSet;
-use std::fmt;
-
 use glam::DVec3;
 use phyxel::scene::{Capture, Scene, Target};
 use phyxel::{Body, Cutting, World};
 use serde::Serialize;
+use std::collections::BTreeSet;
 
 use crate::batch::Case;
 use crate::error::StudyError;
@@ -37,7 +35,7 @@ const END: f64 = 2.85;
 const TIE: f64 = 3.0;
 
 /// What was found of one scene: a line of the table of incisions.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Finding {
     scene: String,
     /// Area inside the body of the incision's surface, and of the resection's, over the length of its area vector: 1 if it
@@ -81,6 +79,27 @@ pub struct Finding {
 }
 
 impl Finding {
+    /// Sets what is read at the end of a run.
+    fn end(&mut self, world: &World, body: &Body, cutting: &Cutting) {
+        let graph = &body.neighborhoods;
+        self.sizes = body.pieces().sizes;
+        self.sizes.sort_unstable_by(|a, b| b.cmp(a));
+        self.pieces = self.sizes.len();
+        self.second_piece = self.sizes.get(1).copied().unwrap_or(0);
+        let x = body.motion.positions();
+        self.ties = 0;
+        for i in 0..body.rest.len() {
+            for pair in graph.pairs(i) {
+                let j = graph.indices()[pair] as usize;
+                let stretch = x[i].distance(x[j]) / body.rest[i].distance(body.rest[j]);
+                let links = cutting.factors.factor(pair) > 0.0;
+                self.ties += usize::from(j > i && links && stretch > TIE);
+            }
+        }
+        self.missed = cutting.missed_pairs;
+        self.latency = median(world.latencies()).map_or(self.latency, |median| 1e-3 * median);
+    }
+
     /// Sets what is found beside the first scene's.
     fn compare(&mut self, first: &Self) {
         let square = |sum: f64, x: f64| sum + x * x;
@@ -92,32 +111,6 @@ impl Finding {
         let either = self.severed.union(&first.severed).count() as f64;
         let alike = self.row.nodes == first.row.nodes && either > 0.0;
         self.overlap = alike.then(|| both / either);
-    }
-}
-
-impl fmt::Display for Finding {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "{:<34} area over vector area: incision {:.4}, resection {:.4}, backwards {:.3} and {:.3} cm2; incision: \
-             {} pairs severed ({:.2} cm2), overlap {:.3}, opens {:.2} mm, over time {:.3} off the first; {} missed, {} ties, pieces {:?}, \
-             blade to step {:.2} ms, {:.0} s",
-            self.scene,
-            self.incision_ratio,
-            self.resection_ratio,
-            1e4 * self.incision_backwards,
-            1e4 * self.resection_backwards,
-            self.severed_pairs,
-            1e4 * self.severed_area,
-            self.overlap.unwrap_or(f64::NAN),
-            1e3 * self.opening,
-            self.opening_difference.unwrap_or(f64::NAN),
-            self.missed,
-            self.ties,
-            self.sizes,
-            1e3 * self.latency,
-            self.row.wall
-        )
     }
 }
 
@@ -153,28 +146,15 @@ fn case(nodes: u32, way: f64, factor: f64) -> Result<Case, StudyError> {
     })
 }
 
-/// What is read at the end of a run.
-struct End {
-    missed: usize,
-    ties: usize,
-    sizes: Vec<u32>,
-    latency: f64,
-    /// Mean distance of neighbours (m).
-    spacing: f64,
-}
-
 /// Runs one of [`cases`]; `first` is what the first of them gave.
 pub fn measure(name: &str, scene: Scene, first: Option<&Finding>) -> Finding {
     let starts: Vec<f64> = scene.cuts.iter().map(phyxel::scene::Cut::start).collect();
     let mut parts: [Vec<DVec3>; 2] = Default::default();
-    let (mut seen, mut pairs, mut openings) = (0, BTreeSet::new(), Vec::new());
-    let mut end = End {
-        missed: 0,
-        ties: 0,
-        sizes: Vec::new(),
+    let mut found = Finding {
         latency: f64::NAN,
-        spacing: f64::NAN,
+        ..Finding::default()
     };
+    let (mut seen, mut spacing) = (0, f64::NAN);
     let row = run_with(name, scene, Options::default(), |world| {
         let body = &world.bodies()[0];
         let (Some(cutting), Some(now)) = (&body.cutting, world.scene_time()) else {
@@ -188,14 +168,15 @@ pub fn measure(name: &str, scene: Scene, first: Option<&Finding>) -> Finding {
             within(triangle, DIVISIONS, &inside, &mut parts[cut.min(1)]);
         }
         seen = cuts.triangle_count().max(seen);
-        let due = READING * (openings.len() + 1) as f64;
+        let due = READING * (found.openings.len() + 1) as f64;
         if now >= due && due <= BETWEEN {
             let opening;
-            (pairs, opening) = severed(body, cutting);
-            openings.push(opening);
+            (found.severed, opening) = severed(body, cutting);
+            found.openings.push(opening);
         }
         if now + 2.0 * world.step_size() >= END {
-            end = ended(world, body, cutting, end.latency);
+            found.end(world, body, cutting);
+            spacing = body.spacing;
         }
     });
     let [incision, resection] = parts.map(|vectors| {
@@ -205,54 +186,17 @@ pub fn measure(name: &str, scene: Scene, first: Option<&Finding>) -> Finding {
         let backwards: f64 = backwards.map(|vector| vector.length()).sum();
         (area / sum.length(), backwards)
     });
-    let mut found = Finding {
-        scene: row.scene.clone(),
-        incision_ratio: incision.0,
-        resection_ratio: resection.0,
-        incision_backwards: incision.1,
-        resection_backwards: resection.1,
-        severed_pairs: pairs.len(),
-        severed_area: pairs.len() as f64 * end.spacing * end.spacing,
-        overlap: None,
-        opening: openings.last().copied().unwrap_or(0.0),
-        opening_difference: None,
-        missed: end.missed,
-        ties: end.ties,
-        pieces: end.sizes.len(),
-        second_piece: end.sizes.get(1).copied().unwrap_or(0),
-        latency: end.latency,
-        severed: pairs,
-        openings,
-        sizes: end.sizes,
-        row,
-    };
+    found.scene.clone_from(&row.scene);
+    (found.incision_ratio, found.incision_backwards) = incision;
+    (found.resection_ratio, found.resection_backwards) = resection;
+    found.severed_pairs = found.severed.len();
+    found.severed_area = found.severed_pairs as f64 * spacing * spacing;
+    found.opening = found.openings.last().copied().unwrap_or(0.0);
+    found.row = row;
     if let Some(first) = first {
         found.compare(first);
     }
     found
-}
-
-fn ended(world: &World, body: &Body, cutting: &Cutting, before: f64) -> End {
-    let graph = &body.neighborhoods;
-    let mut sizes = body.pieces().sizes;
-    sizes.sort_unstable_by(|a, b| b.cmp(a));
-    let x = body.motion.positions();
-    let mut ties = 0;
-    for i in 0..body.rest.len() {
-        for pair in graph.pairs(i) {
-            let j = graph.indices()[pair] as usize;
-            let stretch = x[i].distance(x[j]) / body.rest[i].distance(body.rest[j]);
-            let links = cutting.factors.factor(pair) > 0.0;
-            ties += usize::from(j > i && links && stretch > TIE);
-        }
-    }
-    End {
-        missed: cutting.missed_pairs,
-        ties,
-        sizes,
-        latency: median(world.latencies()).map_or(before, |median| 1e-3 * median),
-        spacing: body.spacing,
-    }
 }
 
 /// Severed pairs of a body, and by how much (m) the farthest have come apart.

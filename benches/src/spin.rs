@@ -1,7 +1,5 @@
 //! A free block that spins while it is cut: what nothing from outside acts on keeps its momenta.
 
-use std::fmt;
-
 use glam::DVec3;
 use phyxel::scene::{Body, Cut, Key, Scene, Shape, Target};
 use phyxel::{World, WorldState};
@@ -34,17 +32,6 @@ pub struct Finding {
     pub linear: f64,
     /// Undirected pairs severed.
     pub severed: usize,
-}
-
-impl fmt::Display for Finding {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "damping {} /s, ratio {}: {} pairs severed; angular momentum changes by {:.1e}, \
-             linear by {:.1e}",
-            self.damping, self.damping_ratio, self.severed, self.angular, self.linear
-        )
-    }
 }
 
 /// The scene; without gravity and supports, with two cuts that meet the turning block.

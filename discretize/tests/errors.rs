@@ -5,7 +5,7 @@ use glam::DVec3;
 use phyxel_discretize::{
     Axis, Bounds, Mesh, Placement, Primitive, ReadErrorKind, RepairError, RepairSettings,
     SampleError, SampleSettings, Shape, Solid, SolidError, TextPlace, parse_mesh, read_mesh,
-    read_point_cloud, repair, sample_tetrahedra,
+    read_point_cloud, repair, sample_points, sample_tetrahedra,
 };
 use testkit::assert_matches;
 use testkit::tol::assert_relative;
@@ -200,19 +200,25 @@ fn repair_names_why_a_surface_is_no_solid() {
 fn sampling_names_why_it_stops() {
     let at = |solid: &Solid, settings| sample_tetrahedra(solid, &settings).unwrap_err();
     let liver = Solid::from(Primitive::Liver);
+    let points = |settings| sample_points(&liver, &settings, true).unwrap_err();
     for spacing in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        let error = at(&liver, SampleSettings::spacing(spacing));
-        assert_matches!(error, SampleError::Spacing { .. });
+        let settings = SampleSettings::spacing(spacing);
+        assert_matches!(points(settings.clone()), SampleError::Spacing { .. });
+        assert_matches!(at(&liver, settings), SampleError::Spacing { .. });
     }
     let cube = Solid::from(Primitive::Box {
         half_extents: DVec3::splat(0.05),
     });
     let coarse = at(&cube, SampleSettings::spacing(1e3));
     assert_matches!(coarse, SampleError::Vanished { .. });
-    let few = at(&liver, SampleSettings::nodes(3));
-    assert_matches!(few, SampleError::TooFewNodes { nodes: 3, .. });
-    let fine = at(&liver, SampleSettings::spacing(1e-9));
-    assert_matches!(fine, SampleError::TooFine { .. });
+    let few = SampleSettings::nodes(3);
+    for error in [points(few.clone()), at(&liver, few)] {
+        assert_matches!(error, SampleError::TooFewNodes { nodes: 3, .. });
+    }
+    let fine = SampleSettings::spacing(1e-9);
+    for error in [points(fine.clone()), at(&liver, fine)] {
+        assert_matches!(error, SampleError::TooFine { .. });
+    }
     let plate = Primitive::Ellipsoid {
         semi_axes: DVec3::new(1.0, 1.0, 1e-5),
     };

@@ -134,7 +134,7 @@ fn all_schemes_end_at_the_same_rest() {
 }
 
 /// A nearly incompressible plate that hangs by its whole top and cannot thin: means over neighbourhoods
-/// are another model there, not another answer. (Where one locks, `benches stretch` shows.)
+/// are another model there, not another answer. (Where one locks, `prove dilatation` shows.)
 #[test]
 fn mean_dilatation_agrees_where_nothing_locks() {
     let sag = |dilatation: &str, ratio: f64| {

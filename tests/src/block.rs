@@ -9,7 +9,7 @@ use glam::{DMat3, DVec3};
 
 use crate::kuhn;
 
-/// A box-shaped body ready for nodal mechanics.
+/// A body ready for nodal mechanics; what is made of its stencils is empty until they are solved.
 #[derive(Debug, Clone, Default)]
 pub struct Block {
     /// Node positions (m), x fastest.
@@ -56,19 +56,19 @@ impl Block {
     /// by up to `jitter` cell sizes per axis, boundary nodes within their faces and edges.
     #[must_use]
     pub fn new(cells: [usize; 3], size: DVec3, jitter: f64, seed: u64) -> Self {
-        Self::of(kuhn::mirrored_block(cells, size, jitter, seed))
+        kuhn::mirrored_block(cells, size, jitter, seed).solved()
     }
 
     /// A body of any tetrahedra, with stencils solved to round-off.
     #[must_use]
     pub fn from_tetrahedra(positions: Vec<DVec3>, tetrahedra: Vec<[u32; 4]>) -> Self {
-        Self::of(kuhn::from_tetrahedra(positions, tetrahedra))
+        kuhn::from_tetrahedra(positions, tetrahedra).solved()
     }
 
-    fn of(body: kuhn::Block) -> Self {
-        let mut solved = Self::weighted(body);
-        solved.solve_stencils();
-        solved
+    fn solved(mut self) -> Self {
+        self.set_weights();
+        self.solve_stencils();
+        self
     }
 
     /// Lattice of `n` nodes per axis along a Morton curve, each joined to the 18 nodes up to
@@ -104,14 +104,15 @@ impl Block {
             .iter()
             .map(|at| DVec3::new(at[0] as f64, at[1] as f64, at[2] as f64) * spacing)
             .collect();
-        let mut body = Self::weighted(kuhn::Block {
+        let mut body = Self {
             volumes: vec![spacing.powi(3); positions.len()],
             boundary_vectors: vec![DVec3::ZERO; positions.len()],
             positions,
             offsets,
             indices,
-            ..kuhn::Block::default()
-        });
+            ..Self::default()
+        };
+        body.set_weights();
         body.use_plain_gradients();
         body
     }
@@ -132,30 +133,15 @@ impl Block {
             indices.extend(row);
             offsets.push(id(indices.len()));
         }
-        Self::of(kuhn::Block {
+        let body = Self {
             positions,
             volumes,
             boundary_vectors,
             offsets,
             indices,
-            ..kuhn::Block::default()
-        })
-    }
-
-    /// Nodes and neighbours with weights, without gradients yet.
-    fn weighted(body: kuhn::Block) -> Self {
-        let mut weighted = Self {
-            positions: body.positions,
-            volumes: body.volumes,
-            boundary_vectors: body.boundary_vectors,
-            tetrahedra: body.tetrahedra,
-            triangles: body.surface,
-            offsets: body.offsets,
-            indices: body.indices,
             ..Self::default()
         };
-        weighted.set_weights();
-        weighted
+        body.solved()
     }
 
     /// Number of nodes.

@@ -1,27 +1,9 @@
-//! A block of tetrahedra with everything a nodal method needs, made without any other crate.
+//! Blocks cut into six tetrahedra per cell (Kuhn), with nodal volumes, boundary vectors and edges, without stencils.
 
 use glam::DVec3;
 
+pub use crate::block::Block;
 use crate::cloud::{self, Random};
-
-/// A box cut into six tetrahedra per cell (Kuhn), with nodal volumes, boundary vectors and edges.
-#[derive(Debug, Clone, Default)]
-pub struct Block {
-    /// Node positions (m), z slowest.
-    pub positions: Vec<DVec3>,
-    /// Corners, positively oriented.
-    pub tetrahedra: Vec<[u32; 4]>,
-    /// A quarter of the adjacent tetrahedra's volumes per node (m³).
-    pub volumes: Vec<f64>,
-    /// A third of the adjacent surface triangles' outward area vectors per node (m²).
-    pub boundary_vectors: Vec<DVec3>,
-    /// Surface triangles, outward.
-    pub surface: Vec<[u32; 3]>,
-    /// Row starts of the graph of edges.
-    pub offsets: Vec<u32>,
-    /// Neighbours by edges, rows sorted.
-    pub indices: Vec<u32>,
-}
 
 /// Box of `cells[k]` cells per axis, `spacing` apart, from the origin; nodes inside are moved by up
 /// to `jitter · spacing` per axis, nodes on a face stay on it. All cells have the same diagonal.
@@ -60,9 +42,9 @@ pub fn from_tetrahedra(positions: Vec<DVec3>, tetrahedra: Vec<[u32; 4]>) -> Bloc
             volumes[v as usize] += volume;
         }
     }
-    let surface = boundary_triangles(&tetrahedra);
+    let triangles = boundary_triangles(&tetrahedra);
     let mut boundary_vectors = vec![DVec3::ZERO; n];
-    for t in &surface {
+    for t in &triangles {
         let [a, b, c] = t.map(|v| positions[v as usize]);
         let area = (b - a).cross(c - a) / 6.0;
         for &v in t {
@@ -75,9 +57,10 @@ pub fn from_tetrahedra(positions: Vec<DVec3>, tetrahedra: Vec<[u32; 4]>) -> Bloc
         tetrahedra,
         volumes,
         boundary_vectors,
-        surface,
+        triangles,
         offsets,
         indices,
+        ..Block::default()
     }
 }
 

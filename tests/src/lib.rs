@@ -10,6 +10,7 @@ pub mod cloud;
 pub mod derivative;
 pub mod kuhn;
 mod octree;
+pub mod picture;
 pub mod strategies;
 pub mod tol;
 

@@ -5,20 +5,19 @@
 mod specimen;
 pub(crate) mod williams;
 
-use std::f64::consts::PI;
-use std::fmt;
-
 use glam::{DMat3, DVec2, DVec3};
 use phyxel::scene::{Cut, Key};
 use serde::Serialize;
+use std::f64::consts::PI;
 
-use self::specimen::{Grain, Plate, STROKE, Specimen};
+use self::specimen::{Plate, STROKE, Specimen};
 use crate::error::StudyError;
 use crate::problems::cracks::references::{
     arc_intensities, centre_intensity, centre_mouth, crack_work, edge_intensity, edge_mouth,
     penny_works, tearing_intensity,
 };
 use crate::problems::cracks::{POISSON, YOUNG, plane_modulus, shear_modulus};
+use crate::problems::nearest;
 
 /// Plane strain.
 const IN_PLANE: DVec3 = DVec3::new(1.0, 1.0, 0.0);
@@ -27,7 +26,7 @@ const ACROSS: DVec3 = DVec3::Z;
 /// Places of a crack's line between two planes of nodes (spacings).
 const OFFSETS: [f64; 5] = [0.0, 0.02, 0.1, 0.25, 0.4];
 /// Turn (degrees) of bodies whose nodes are no lattice along the crack.
-const TURNED: Grain = Grain::Turned(17.0);
+const TURNED: Option<f64> = Some(17.0);
 
 /// Where the arc's displacements are fitted: from so many spacings to so many radii from a tip. On the exact field 13 terms give both
 /// intensities within 5e-4 there, and errors at nodes weigh a fifth of what they do up to 0.4 radii (2.8 spacings wide), where
@@ -49,29 +48,6 @@ pub struct Finding {
     pub bar: f64,
 }
 
-impl Finding {
-    /// Whether the acceptance limit is missed.
-    fn misses(&self) -> bool {
-        let off = (self.ratio - 1.0).abs();
-        off.is_nan() || off > self.bar
-    }
-}
-
-impl fmt::Display for Finding {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "{:<44} {:6} nodes  {:<22} {:.3}  bar {:.2}{}",
-            self.case,
-            self.nodes,
-            self.quantity,
-            self.ratio,
-            self.bar,
-            if self.misses() { "  MISSED" } else { "" }
-        )
-    }
-}
-
 /// What exceeds a limit, in words.
 pub fn breaches(finding: &Finding) -> Vec<String> {
     let Finding {
@@ -80,8 +56,10 @@ pub fn breaches(finding: &Finding) -> Vec<String> {
         ratio,
         ..
     } = finding;
+    let off = (ratio - 1.0).abs();
+    let misses = off.is_nan() || off > finding.bar;
     let words = || format!("{case}: {quantity} {ratio:.3} of the closed form");
-    finding.misses().then(words).into_iter().collect()
+    misses.then(words).into_iter().collect()
 }
 
 /// What is done about what slides along a cut's front.
@@ -100,13 +78,22 @@ pub type Family = (&'static str, fn(Fronts) -> Result<Vec<Finding>, StudyError>)
 pub const FAMILIES: [Family; 9] = [
     ("modes 4", |fronts| modes(4, fronts)),
     ("slit", slit),
-    ("edge", edges),
-    ("widths", widths),
+    // 16 spacings long, at all positions of the line.
+    ("edge", |fronts| {
+        flat(OFFSETS.map(|offset| edge(0.4, offset, None, fronts)))
+    }),
+    ("widths", |fronts| {
+        flat([0.3, 0.5, 0.6].map(|share| edge(share, 0.25, None, fronts)))
+    }),
     ("arc", arc),
-    ("centre", centres),
+    ("centre", |fronts| {
+        flat(OFFSETS.map(|offset| centre(offset, fronts)))
+    }),
     ("penny", |fronts| penny(5, fronts)),
     ("modes 8", |fronts| modes(8, fronts)),
-    ("edge turned", edges_turned),
+    ("edge turned", |fronts| {
+        flat(OFFSETS.map(|offset| edge(0.4, offset, TURNED, fronts)))
+    }),
 ];
 
 /// Of [`FAMILIES`], those that a quick run takes.
@@ -199,62 +186,37 @@ impl Case {
     }
 }
 
-fn grain_name(grain: Grain) -> &'static str {
-    match grain {
-        Grain::Lattice => "lattice",
-        Grain::Turned(_) => "turned",
-    }
-}
-
-/// Edge crack over `share` of a strip of width 1 and height 3, `cells` across; the line `offset` spacings off a
+/// Edge crack over `share` of a strip of width 1 and height 3, 40 cells across; the line `offset` spacings off a
 /// plane of nodes.
 fn edge(
-    cells: u32,
     share: f64,
-    (offset, grain): (f64, Grain),
+    offset: f64,
+    turned: Option<f64>,
     fronts: Fronts,
 ) -> Result<Vec<Finding>, StudyError> {
-    let dx = f64::from(cells).recip();
+    let dx = 1.0 / 40.0;
     // Half the cells of the height on either side of y = 0: nodes lie there.
-    let plate = Plate::slab([cells, (3 * cells).next_multiple_of(2)], dx, grain);
+    let plate = Plate {
+        turned,
+        ..Plate::slab([40, 120], dx)
+    };
     let y = offset * dx;
     let tip = DVec3::new(share - 0.5, y, 0.0);
     let blade = straight(&plate, DVec3::new(-0.5 - 2.0 * dx, y, 0.0), tip);
     let cut = Specimen::new(&plate, &[blade], fronts)?;
-    let (stress, uniform) = tension();
-    let loads = cut.loads(stress);
-    let moved = cut.solve(&loads, |_| IN_PLANE)?;
+    let (moved, work) = cut.pull(tension(), IN_PLANE)?;
     let outer = 0.5 * share.min(1.0 - share);
-    let name = format!(
-        "edge {share} of {cells}, off {offset}, {}",
-        grain_name(grain)
-    );
+    let nodes = turned.map_or("lattice", |_| "turned");
+    let name = format!("edge {share} of 40, off {offset}, {nodes}");
     let mut case = Case::new(name, &cut);
     let bar = 0.03;
     let k = intensities(&cut, &moved, (tip, DVec3::X), 0.0, [2.0 * dx, outer])[0];
     case.add("K_I by displacements", k / edge_intensity(share), bar);
-    let work = Specimen::extra_work(&loads, &moved, &cut.rest, uniform);
     let known = crack_work(share, 1.0, plane_modulus(), edge_intensity) * dx;
     case.add("K_I by work", (work / known).sqrt(), bar);
-    let gradients = cut.gradients(&moved);
-    let mouth = cut.opening(&moved, &gradients, DVec3::new(-0.5, y, 0.0), DVec3::Y);
+    let mouth = cut.opening(&moved, DVec3::new(-0.5, y, 0.0), DVec3::Y);
     case.add("mouth", mouth / edge_mouth(share), bar);
     Ok(case.found)
-}
-
-/// 16 spacings long, at all positions of the line.
-fn edges(fronts: Fronts) -> Result<Vec<Finding>, StudyError> {
-    let found = OFFSETS.map(|offset| edge(40, 0.4, (offset, Grain::Lattice), fronts));
-    flat(found)
-}
-
-fn edges_turned(fronts: Fronts) -> Result<Vec<Finding>, StudyError> {
-    flat(OFFSETS.map(|offset| edge(40, 0.4, (offset, TURNED), fronts)))
-}
-
-/// Over 0.3 to 0.6 of the width, 40 across.
-fn widths(fronts: Fronts) -> Result<Vec<Finding>, StudyError> {
-    flat([0.3, 0.5, 0.6].map(|share| edge(40, share, (0.25, Grain::Lattice), fronts)))
 }
 
 fn flat<const N: usize>(
@@ -267,13 +229,11 @@ fn flat<const N: usize>(
 /// Centre crack, half width 1, half height 1.5, 16 spacings from its middle to a tip.
 fn centre(offset: f64, fronts: Fronts) -> Result<Vec<Finding>, StudyError> {
     let (a, dx) = (0.4, 0.025);
-    let plate = Plate::slab([80, 120], dx, Grain::Lattice);
+    let plate = Plate::slab([80, 120], dx);
     let middle = DVec3::Y * (offset * dx);
     let tips = [a, -a].map(|a| middle + a * DVec3::X);
     let cut = Specimen::new(&plate, &[straight(&plate, tips[1], tips[0])], fronts)?;
-    let (stress, uniform) = tension();
-    let loads = cut.loads(stress);
-    let moved = cut.solve(&loads, |_| IN_PLANE)?;
+    let (moved, work) = cut.pull(tension(), IN_PLANE)?;
     let mut case = Case::new(format!("centre 16, off {offset}, lattice"), &cut);
     let k = [DVec3::X, -DVec3::X]
         .into_iter()
@@ -287,24 +247,18 @@ fn centre(offset: f64, fronts: Fronts) -> Result<Vec<Finding>, StudyError> {
         k.sum::<f64>() / centre_intensity(a),
         bar,
     );
-    let work = Specimen::extra_work(&loads, &moved, &cut.rest, uniform);
     let known = crack_work(a, 2.0, plane_modulus(), centre_intensity) * dx;
     case.add("K_I by work", (work / known).sqrt(), bar);
-    let gradients = cut.gradients(&moved);
-    let mouth = cut.opening(&moved, &gradients, middle, DVec3::Y);
+    let mouth = cut.opening(&moved, middle, DVec3::Y);
     case.add("mouth", mouth / centre_mouth(a), bar);
     Ok(case.found)
-}
-
-fn centres(fronts: Fronts) -> Result<Vec<Finding>, StudyError> {
-    flat(OFFSETS.map(|offset| centre(offset, fronts)))
 }
 
 /// Works of the three modes of a centre crack, `spacings` from its middle to a tip, in a square ten times as wide.
 /// Shear acts on all four sides; what the square's width adds to mode II, about 0.6 %, is not known and left out.
 fn modes(spacings: u32, fronts: Fronts) -> Result<Vec<Finding>, StudyError> {
     let dx = 0.1 / f64::from(spacings);
-    let plate = Plate::slab([20 * spacings; 2], dx, Grain::Lattice);
+    let plate = Plate::slab([20 * spacings; 2], dx);
     let (a, bar) = (0.1, if spacings < 8 { 0.1 } else { 0.05 });
     let mut found = Vec::new();
     for place in [[0.0, 0.25], [0.5, 0.4]] {
@@ -322,7 +276,7 @@ fn modes(spacings: u32, fronts: Fronts) -> Result<Vec<Finding>, StudyError> {
 fn works_of_modes(cut: &Specimen, a: f64, bar: f64, case: &mut Case) -> Result<(), StudyError> {
     let known =
         |modulus, intensity: fn(f64) -> f64| crack_work(a, 2.0, modulus, intensity) * cut.spacing;
-    for (mode, (stress, uniform), mask, known) in [
+    for (mode, load, free, known) in [
         (
             "I by work",
             tension(),
@@ -342,9 +296,7 @@ fn works_of_modes(cut: &Specimen, a: f64, bar: f64, case: &mut Case) -> Result<(
             known(2.0 * shear_modulus(), tearing_intensity),
         ),
     ] {
-        let loads = cut.loads(stress);
-        let moved = cut.solve(&loads, |_| mask)?;
-        let work = Specimen::extra_work(&loads, &moved, &cut.rest, uniform);
+        let (_, work) = cut.pull(load, free)?;
         case.add(mode, work / known, bar);
     }
     Ok(())
@@ -356,7 +308,7 @@ fn penny(spacings: u32, fronts: Fronts) -> Result<Vec<Finding>, StudyError> {
     let plate = Plate {
         cells: [cells; 3],
         spacing: 2.0 / f64::from(cells),
-        grain: Grain::Lattice,
+        turned: None,
     };
     let middle = DVec3::Z * (0.5 * plate.spacing);
     let blade = turning(vec![DVec3::ZERO, a * DVec3::X], middle, [0.0, 2.0 * PI]);
@@ -372,10 +324,8 @@ fn penny(spacings: u32, fronts: Fronts) -> Result<Vec<Finding>, StudyError> {
     sheared.1.z_axis.x = shear_modulus().recip();
     let loads = [("tension by work", tension), ("shear by work", sheared)];
     let mut case = Case::new(format!("penny {spacings}"), &cut);
-    for ((quantity, (stress, uniform)), known) in loads.into_iter().zip(penny_works(a)) {
-        let loads = cut.loads(stress);
-        let moved = cut.solve(&loads, |_| DVec3::ONE)?;
-        let work = Specimen::extra_work(&loads, &moved, &cut.rest, uniform);
+    for ((quantity, load), known) in loads.into_iter().zip(penny_works(a)) {
+        let (_, work) = cut.pull(load, DVec3::ONE)?;
         case.add(quantity, work / known, 0.1);
     }
     Ok(case.found)
@@ -385,7 +335,7 @@ fn penny(spacings: u32, fronts: Fronts) -> Result<Vec<Finding>, StudyError> {
 /// high: growth of the sag and mouth against finite elements (240 × 60, a real slit).
 fn slit(fronts: Fronts) -> Result<Vec<Finding>, StudyError> {
     let dx = 0.5 / 16.0;
-    let plate = Plate::slab([64, 16], dx, Grain::Lattice);
+    let plate = Plate::slab([64, 16], dx);
     let half = plate.half();
     let x = -0.5 * dx;
     let blade = straight(
@@ -402,16 +352,11 @@ fn slit(fronts: Fronts) -> Result<Vec<Finding>, StudyError> {
         }
     };
     let moved = cut.solve(&cut.weight(-DVec3::Y), hold)?;
-    let top = DVec3::new(0.0, half.y, 0.0);
-    let nearest = (0..moved.len()).min_by(|&i, &j| {
-        let far = |i: usize| cut.rest[i].distance_squared(top);
-        far(i).total_cmp(&far(j))
-    });
+    let top = nearest(&cut.rest, DVec3::new(0.0, half.y, 0.0), |_| true);
     let mut case = Case::new("slit beam 16".to_owned(), &cut);
-    let sag = nearest.map_or(f64::NAN, |node| -moved[node].y);
+    let sag = top.map_or(f64::NAN, |node| -moved[node].y);
     case.add("sag", sag / 0.004_234_3, 0.03);
-    let gradients = cut.gradients(&moved);
-    let mouth = cut.opening(&moved, &gradients, DVec3::new(x, -half.y, 0.0), DVec3::X);
+    let mouth = cut.opening(&moved, DVec3::new(x, -half.y, 0.0), DVec3::X);
     case.add("mouth", mouth / 0.002_247_7, 0.03);
     Ok(case.found)
 }
@@ -420,7 +365,7 @@ fn slit(fronts: Fronts) -> Result<Vec<Finding>, StudyError> {
 /// as wide as its radius.
 fn arc(fronts: Fronts) -> Result<Vec<Finding>, StudyError> {
     let (dx, radius, half) = (1.0 / 120.0, 0.1, 0.25 * PI);
-    let plate = Plate::slab([240; 2], dx, Grain::Lattice);
+    let plate = Plate::slab([240; 2], dx);
     let reach = 4.0 * plate.half().z * DVec3::Z;
     let middle = DVec3::new(0.11, 0.37, 0.0) * dx;
     let edge = vec![radius * DVec3::X - reach, radius * DVec3::X + reach];
@@ -437,8 +382,9 @@ fn intensities_of_arc(
     (radius, half): (f64, f64),
     case: &mut Case,
 ) -> Result<(), StudyError> {
-    let loads = cut.loads(DMat3::IDENTITY);
-    let moved = cut.solve(&loads, |_| IN_PLANE)?;
+    let stretch = (1.0 + POISSON) * (1.0 - 2.0 * POISSON) / YOUNG;
+    let uniform = DMat3::from_diagonal(DVec3::new(stretch, stretch, 0.0));
+    let (moved, work) = cut.pull((DMat3::IDENTITY, uniform), IN_PLANE)?;
     let known = arc_intensities(radius, half);
     let mut means = [0.0; 2];
     for side in [1.0, -1.0] {
@@ -452,9 +398,6 @@ fn intensities_of_arc(
     }
     case.add("K_I by displacements", means[0], 0.04);
     case.add("K_II by displacements", means[1], 0.04);
-    let stretch = (1.0 + POISSON) * (1.0 - 2.0 * POISSON) / YOUNG;
-    let uniform = DMat3::from_diagonal(DVec3::new(stretch, stretch, 0.0));
-    let work = Specimen::extra_work(&loads, &moved, &cut.rest, uniform);
     // `K² / E'` of both modes together, over the way of both tips.
     let both = |way: f64| {
         let [opening, sliding] = arc_intensities(radius, way / radius);

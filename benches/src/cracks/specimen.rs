@@ -9,23 +9,13 @@ use phyxel_enrich::Cuts;
 
 use super::Fronts;
 use crate::error::StudyError;
-use crate::problems::cracks::{POISSON, YOUNG};
+use crate::problems::cracks::{POISSON, YOUNG, opening};
 use crate::problems::model::{Law, small_displacements};
 
 /// Time (s) by which a blade's stroke is over.
 pub(super) const STROKE: f64 = 2.0;
 /// Density (kg/m³): nothing moves, it sets the number of steps alone.
 const DENSITY: f64 = 1000.0;
-
-/// How a box is filled with nodes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Grain {
-    /// A lattice along the box.
-    Lattice,
-    /// The scenes' own sampling of the box turned about z by so many degrees: the nodes inside lie at an angle to
-    /// the crack, those near the surface are moved onto it.
-    Turned(f64),
-}
 
 /// A box about the origin and how it is sampled.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,16 +24,18 @@ pub(super) struct Plate {
     pub(super) cells: [u32; 3],
     /// Size of a cell (m).
     pub(super) spacing: f64,
-    pub(super) grain: Grain,
+    /// A lattice along the box if `None`, else the scenes' own sampling of the box turned about z by so many degrees: the
+    /// nodes inside lie at an angle to the crack, those near the surface are moved onto it.
+    pub(super) turned: Option<f64>,
 }
 
 impl Plate {
-    /// A slab of one cell.
-    pub(super) fn slab(cells: [u32; 2], spacing: f64, grain: Grain) -> Self {
+    /// A slab of one cell on a lattice.
+    pub(super) fn slab(cells: [u32; 2], spacing: f64) -> Self {
         Self {
             cells: [cells[0], cells[1], 1],
             spacing,
-            grain,
+            turned: None,
         }
     }
 
@@ -53,10 +45,7 @@ impl Plate {
     }
 
     fn angle(&self) -> f64 {
-        match self.grain {
-            Grain::Lattice => 0.0,
-            Grain::Turned(angle) => angle,
-        }
+        self.turned.unwrap_or(0.0)
     }
 
     /// From the box's frame to the world's.
@@ -70,12 +59,10 @@ impl Plate {
             size: 2.0 * self.half(),
         });
         body.rotation = DVec3::Z * self.angle();
-        body.sampling.target = match self.grain {
-            Grain::Lattice => {
-                let [x, y, z] = self.cells.map(|count| count + 1);
-                Target::Lattice(x, y, z)
-            }
-            Grain::Turned(_) => Target::Spacing(self.spacing),
+        let [x, y, z] = self.cells.map(|count| count + 1);
+        body.sampling.target = match self.turned {
+            None => Target::Lattice(x, y, z),
+            Some(_) => Target::Spacing(self.spacing),
         };
         body.material.youngs_modulus = YOUNG;
         body.material.poissons_ratio = POISSON;
@@ -145,8 +132,14 @@ impl Specimen {
         })
     }
 
-    /// Nodal forces (N) of a uniform stress (Pa) on all of the uncut surface.
-    pub(super) fn loads(&self, stress: DMat3) -> Vec<DVec3> {
+    /// Displacements (m) under a uniform stress (Pa) on all of the uncut surface, along the axes that `free` has, and the
+    /// work (J) of these loads, beyond that on the body without a cut, which has the uniform displacement gradient
+    /// `uniform`.
+    pub(super) fn pull(
+        &self,
+        (stress, uniform): (DMat3, DMat3),
+        free: DVec3,
+    ) -> Result<(Vec<DVec3>, f64), StudyError> {
         let mut forces = vec![DVec3::ZERO; self.rest.len()];
         for face in &self.triangles {
             let [p, q, r] = face.map(|v| self.rest[v as usize]);
@@ -155,7 +148,10 @@ impl Specimen {
                 forces[v as usize] += share;
             }
         }
-        forces
+        let moved = self.solve(&forces, |_| free)?;
+        let nodes = forces.iter().zip(&moved).zip(&self.rest);
+        let work = nodes.map(|((f, u), x)| f.dot(*u - uniform * *x)).sum();
+        Ok((moved, work))
     }
 
     /// Nodal forces (N) of a force per volume (N/m³).
@@ -179,20 +175,8 @@ impl Specimen {
         Ok(moved.iter().map(|u| back * *u).collect())
     }
 
-    /// Work (J) of the loads of a uniform stress, beyond that on the body without a cut, which has the uniform
-    /// displacement gradient `uniform`.
-    pub(super) fn extra_work(
-        loads: &[DVec3],
-        moved: &[DVec3],
-        rest: &[DVec3],
-        uniform: DMat3,
-    ) -> f64 {
-        let nodes = loads.iter().zip(moved).zip(rest);
-        nodes.map(|((f, u), x)| f.dot(*u - uniform * *x)).sum()
-    }
-
     /// Displacement gradients at the nodes.
-    pub(super) fn gradients(&self, moved: &[DVec3]) -> Vec<DMat3> {
+    fn gradients(&self, moved: &[DVec3]) -> Vec<DMat3> {
         let (turn, back) = (self.turn, self.turn.transpose());
         let mut elastic = self.elastic.clone();
         // Gradients are linear in displacements; small ones keep every law's domain.
@@ -209,31 +193,11 @@ impl Specimen {
             .collect()
     }
 
-    /// Opening (m) of the cut along `normal` at a point of its face: both sides by the nearest nodes that look at
-    /// it from that side, each with its own gradient.
-    pub(super) fn opening(
-        &self,
-        moved: &[DVec3],
-        gradients: &[DMat3],
-        at: DVec3,
-        normal: DVec3,
-    ) -> f64 {
-        let side = |sign: f64| {
-            let from = at + sign * 1e-6 * self.spacing * normal;
-            let near = (0..self.rest.len()).filter(|&i| {
-                self.rest[i].distance(at) < 3.0 * self.spacing
-                    && !self
-                        .cuts
-                        .crosses(self.turn * from, self.turn * self.rest[i])
-            });
-            let nearest = near.min_by(|&i, &j| {
-                let far = |i: usize| self.rest[i].distance_squared(at);
-                far(i).total_cmp(&far(j))
-            });
-            nearest.map_or(f64::NAN, |i| {
-                (moved[i] + gradients[i] * (at - self.rest[i])).dot(normal)
-            })
-        };
-        side(1.0) - side(-1.0)
+    /// Opening (m) of the cut along `normal` at a point of its face, see [`opening`].
+    pub(super) fn opening(&self, moved: &[DVec3], at: DVec3, normal: DVec3) -> f64 {
+        let crosses = |a: DVec3, b: DVec3| self.cuts.crosses(self.turn * a, self.turn * b);
+        let gradients = self.gradients(moved);
+        let field = (&self.rest[..], moved, &gradients[..]);
+        opening(field, self.spacing, crosses, at, normal)
     }
 }

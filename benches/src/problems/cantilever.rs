@@ -125,7 +125,9 @@ pub fn beam(cells: [usize; 3], jitter: f64) -> Block {
 /// # Panics
 /// If no equilibrium is found.
 pub fn cantilever(block: &Block, pull: DVec3, tolerance: f64, law: &mut dyn ForceLaw) -> DVec3 {
-    let tip: Vec<f64> = tip_areas(block);
+    // Area of the face that belongs to each node.
+    let tip = block.traction(|x| on(x.x, 1.0), DVec3::X);
+    let tip: Vec<f64> = tip.iter().map(|area| area.x).collect();
     let total: f64 = tip.iter().sum();
     let load: Vec<DVec3> = tip.iter().map(|a| pull * (*a / total)).collect();
     let (rest, mut x) = (&block.rest, block.rest.clone());
@@ -135,20 +137,6 @@ pub fn cantilever(block: &Block, pull: DVec3, tolerance: f64, law: &mut dyn Forc
     moved
         .map(|((x, rest), a)| (*x - *rest) * (*a / total))
         .sum()
-}
-
-/// Area of the face x = 1 that belongs to each node.
-pub fn tip_areas(block: &Block) -> Vec<f64> {
-    let mut areas = vec![0.0; block.rest.len()];
-    for t in &block.triangles {
-        let [a, b, c] = t.map(|v| block.rest[v as usize]);
-        if on(a.x, 1.0) && on(b.x, 1.0) && on(c.x, 1.0) {
-            for &v in t {
-                areas[v as usize] += (b - a).cross(c - a).length() / 6.0;
-            }
-        }
-    }
-    areas
 }
 
 /// Error in per cent of the small-strain tip deflection; references: hex27 finite elements, three

@@ -157,11 +157,6 @@ impl<B: ForceLaw> Press<B> {
         })
     }
 
-    /// Where it touches, after [`Press::press`].
-    pub fn points(&self) -> &[ContactPoint] {
-        self.contact.points()
-    }
-
     /// Presses a sphere of `radius` to `depth` (m); unbalanced forces fall to `tolerance`.
     ///
     /// # Errors
@@ -203,22 +198,12 @@ pub fn graded(cells: [u32; 3]) -> Result<Press, StudyError> {
     Press::cube(body, 0.45 * 2.0 / f64::from(cells[0]))
 }
 
-/// Radius and depth (m) of the comparison with Hertz; the contact radius is a hundredth of the radius.
-pub const HERTZ: (f64, f64) = (10.0, 0.001);
+/// Radius (m) of the sphere that a half-space is pressed with.
+const LARGE: f64 = 10.0;
 
-/// Hertz's contact radius (m) of [`HERTZ`].
-pub fn hertz_radius() -> f64 {
-    (HERTZ.0 * HERTZ.1).sqrt()
-}
-
-/// A quarter of a block for [`HERTZ`]: `fine` cells over 1.5 contact radii, then `coarse` ones that grow
-/// by 1.8 each. Also gives the block's size in contact radii.
-pub fn quarter(fine: u32, coarse: u32) -> Result<(Press, f64), StudyError> {
-    let a = hertz_radius();
-    let spacing = 1.5 * a / f64::from(fine);
-    let lines = growing_lines(spacing, [fine, coarse], 1.8);
-    let end = lines[lines.len() - 1];
-    Ok((Press::quarter(&lines, 3.0 * a, spacing)?, end / a))
+/// Hertz's contact radius (m) of a sphere of 10 m, `depth` (m) deep.
+pub fn hertz_radius(depth: f64) -> f64 {
+    (LARGE * depth).sqrt()
 }
 
 /// Lines (m) from 0: so many `spacing` apart, then so many whose distances grow by `growth` each.
@@ -235,19 +220,18 @@ fn growing_lines(mut spacing: f64, [even, growing]: [u32; 2], growth: f64) -> Ve
 }
 
 /// Hertz's largest pressure (Pa) of a sphere of `radius`, `depth` deep (m), on [`SOFT`].
-pub fn hertz_pressure(radius: f64, depth: f64) -> f64 {
+fn hertz_pressure(radius: f64, depth: f64) -> f64 {
     2.0 / PI / (1.0 - SOFT.poissons_ratio.powi(2)) * (depth / radius).sqrt()
 }
 
-/// Contact radius over Hertz's of [`HERTZ`], from the second moment of the pressure: `∫ p r² / ∫ p =
-/// 2/5 a²` for Hertz's profile.
-pub fn moment_radius(points: &[ContactPoint]) -> f64 {
+/// Contact radius (m) from the second moment of the pressure: `∫ p r² / ∫ p = 2/5 a²` for Hertz's profile.
+fn moment_radius(points: &[ContactPoint]) -> f64 {
     let (mut moment, mut force) = (0.0, 0.0);
     for point in points {
         moment += point.area * point.pressure * point.position.truncate().length_squared();
         force += point.area * point.pressure;
     }
-    (2.5 * moment / force).sqrt() / hertz_radius()
+    (2.5 * moment / force).sqrt()
 }
 
 /// Nodes and tetrahedra of the 2 m cube, `cells` along each side.
@@ -314,63 +298,49 @@ pub struct HalfSpace {
     pub size: f64,
     /// Force over Hertz's.
     pub force: f64,
-    /// Contact radius over Hertz's.
+    /// Contact radius over Hertz's, by the area in contact.
     pub contact_radius: f64,
+    /// The same by the second moment of the pressure.
+    pub moment_radius: f64,
     /// Pressures.
     pub rings: Vec<Ring>,
     /// Products with the stiffness that the solver needed.
     pub products: usize,
 }
 
-/// Presses a sphere on a body so large that it is nearly a half-space: as many cells along an axis
-/// in the contact as outside of it, those outside growing; `cells` of them in all, even.
+/// Presses a sphere of 10 m to `depth` (m) on a quarter of a block so large that it is nearly a half-space: its cells are
+/// `spacing` (m) wide, so many from the middle on, then so many that grow by `growth` each.
 ///
 /// # Errors
 /// [`StudyError`] if no equilibrium is found.
-pub fn half_space(cells: u32) -> Result<HalfSpace, StudyError> {
-    let (radius, depth): (f64, f64) = (10.0, 0.0025);
-    let a = (radius * depth).sqrt();
-    // Half of the cells over 1.44 contact radii, then as many that grow until 46.
-    let half = cells / 2;
-    let fine = 1.44 * a / f64::from(half);
-    let outside = |growth: f64| {
-        let widths = (1..=half).map(|k| fine * growth.powf(f64::from(k)));
-        widths.sum::<f64>()
-    };
-    let (mut low, mut high) = (1.0, 20.0);
-    for _ in 0..60 {
-        let growth = 0.5 * (low + high);
-        if outside(growth) < 44.0 * a {
-            low = growth;
-        } else {
-            high = growth;
-        }
-    }
-    let lines = growing_lines(fine, [half, cells - half], low);
-    let end = lines[lines.len() - 1];
-    let mut press = Press::quarter(&lines, 3.0 * a, fine)?;
-    let found = press.press(radius, depth, 1e-10)?;
-    let rings = press.rings(
-        a,
-        hertz_pressure(radius, depth),
-        &[0.3, 0.55, 0.8, 1.0, 1.25],
-    );
+pub fn half_space(
+    depth: f64,
+    spacing: f64,
+    cells: [u32; 2],
+    growth: f64,
+    tolerance: f64,
+) -> Result<HalfSpace, StudyError> {
+    let a = hertz_radius(depth);
+    let lines = growing_lines(spacing, cells, growth);
+    let mut press = Press::quarter(&lines, 3.0 * a, spacing)?;
+    let found = press.press(LARGE, depth, tolerance)?;
     Ok(HalfSpace {
         nodes: press.body.rest.len(),
-        size: end / a,
+        size: lines[lines.len() - 1] / a,
         // A quarter of the force and of the area.
-        force: 4.0 * found.force / hertz_force(SOFT, radius, depth),
+        force: 4.0 * found.force / hertz_force(SOFT, LARGE, depth),
         contact_radius: 2.0 * found.contact_radius / a,
-        rings,
+        moment_radius: moment_radius(press.contact.points()) / a,
+        rings: press.rings(a, hertz_pressure(LARGE, depth)),
         products: found.report.steps[0].linear_iterations,
     })
 }
 
 impl Press {
     /// Mean pressures, as within a triangle the pressure follows the gap between chord and sphere, of a
-    /// quarter of the contact in rings that end at `ends` times Hertz's contact radius `a` (m);
-    /// `largest` is Hertz's largest pressure (Pa). Points out of contact count with none.
-    pub fn rings(&self, a: f64, largest: f64, ends: &[f64]) -> Vec<Ring> {
+    /// quarter of the contact in rings; `a` is Hertz's contact radius (m), `largest` his largest pressure (Pa). Points
+    /// out of contact count with none.
+    fn rings(&self, a: f64, largest: f64) -> Vec<Ring> {
         let ring = |inner: f64, outer: f64| {
             let points = self.contact.points().iter().filter(|point| {
                 let r = point.position.truncate().length() / a;
@@ -386,8 +356,7 @@ impl Press {
                 expected: (part(outer) - part(inner)) / area,
             }
         };
-        let inner = std::iter::once(&0.0).chain(ends);
-        let pairs = inner.zip(ends);
-        pairs.map(|(inner, outer)| ring(*inner, *outer)).collect()
+        let ends = [0.0, 0.3, 0.55, 0.8, 1.0, 1.25];
+        ends.windows(2).map(|ends| ring(ends[0], ends[1])).collect()
     }
 }

@@ -1,10 +1,7 @@
 //! A rigid sphere pressed into a block: `phyxel-integrate`'s contact and static solver on
 //! `phyxel-elastic`'s forces, against finite elements of the same block, and against Hertz.
 use super::Proof;
-use crate::problems::indentation::{
-    HERTZ, Press, SMALL, SOFT, SPHERES, cube, graded, hertz_force, hertz_pressure, hertz_radius,
-    moment_radius, quarter,
-};
+use crate::problems::indentation::{Press, SMALL, SPHERES, cube, graded, half_space, hertz_radius};
 use crate::problems::reference::{Known, Reference};
 use glam::DVec3;
 
@@ -53,19 +50,16 @@ pub(super) fn block_indentation_meets_finite_elements(proof: &mut Proof) {
 }
 
 pub(super) fn hertz_on_a_quarter_of_a_large_block(proof: &mut Proof) {
-    let (radius, depth) = HERTZ;
-    let ends = [0.3, 0.55, 0.8];
+    let depth = 0.001;
+    let spacing = 1.5 * hertz_radius(depth) / 8.0;
     let mut forces = Vec::new();
     for coarse in [9, 10] {
-        let (mut press, _) = quarter(8, coarse).unwrap();
         // Cells of very unequal size: round-off of the far ones is above 1e-10 of the force.
-        let found = press.press(radius, depth, 1e-8).unwrap();
-        let error = 4.0 * found.force / hertz_force(SOFT, radius, depth) - 1.0;
-        let contact = moment_radius(press.points()) - 1.0;
-        proof.below("force off Hertz", error.abs(), 0.03);
+        let found = half_space(depth, spacing, [8, coarse], 1.8, 1e-8).unwrap();
+        proof.below("force off Hertz", (found.force - 1.0).abs(), 0.03);
+        let contact = found.moment_radius - 1.0;
         proof.below("contact radius off Hertz", contact.abs(), 0.03);
-        let rings = press.rings(hertz_radius(), hertz_pressure(radius, depth), &ends);
-        for ring in &rings {
+        for ring in &found.rings[..3] {
             let error = ring.pressure / ring.expected - 1.0;
             // 6.0 and 5.3 % at most, in the two blocks: a ring is 1.3 to 1.6 cells wide.
             proof.below("pressure of a ring off Hertz", error.abs(), 0.07);

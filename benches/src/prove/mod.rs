@@ -11,6 +11,7 @@ mod own;
 mod real_meshes;
 mod scattered;
 mod scenes;
+mod stretch;
 mod studies;
 mod touch;
 
@@ -110,22 +111,16 @@ pub const CLAIMS: &[Claim] = claims! {
         "factors around random strips are those of sampled shortest paths";
     "geodesics-twisted" geodesics::paths_around_twisted_strips_are_the_shortest,
         "factors around twisted strips are those of sampled shortest paths";
-    "gradient" studies::gradient_study_orders_the_methods_as_theory_does,
-        "the study gradient: methods are ordered as theory says";
     "beam" studies::beam_study_comes_near_the_finite_elements,
         "the study beam: near the finite elements";
-    "cut" studies::cut_study_updates_blocks,
-        "the study cut: updates and slits";
     "figures" studies::figures_study_draws_each_and_table_1_has_its_pattern,
         "the study figures: each is drawn, table 1 has its pattern";
-    "stretch" studies::stretch_study_finds_every_material_exact,
-        "the study stretch: every material is exact";
+    "stretch" stretch::every_material_is_exact,
+        "a stretched cube with free sides has the stress of every material's closed form";
     "splat-curvature" studies::splat_study_says_where_following_curvature_gains,
         "the study splat: where following curvature gains";
     "splat-depth" studies::splat_study_leaves_no_hole_and_errs_less_with_more_surfels,
         "the study splat: depth and inside tests";
-    "time" studies::time_study_measures_bodies_of_the_size_asked_for,
-        "the study time: bodies of the size asked for";
     "scattered" scattered::interpolation_of_scattered_points,
         "values at 100,000 places from 10,000 random points";
     "random-seed" scenes::random_scenes_depend_on_seed_and_number,

@@ -87,28 +87,6 @@ pub(super) fn contact_study_meets_closed_forms(proof: &mut Proof) {
     proof.below("momentum lost by bars", momentum, 1e-12);
 }
 
-pub(super) fn gradient_study_orders_the_methods_as_theory_does(proof: &mut Proof) {
-    let findings = study("gradient");
-    let column = |heading, method| numbers(&findings, "methods", heading, [method]);
-    for method in ["Aras", "conservative", "linear", "quadratic"] {
-        let errors = column("error", method);
-        proof.below(format!("{method}: error, coarse"), errors[0], 0.5);
-        proof.below(format!("{method}: error, fine"), errors[1], errors[0]);
-        let order = column("order", method)[0];
-        proof.above(format!("{method}: order"), order, 0.9);
-    }
-    let fine = |method| column("error", method)[1];
-    proof.below(
-        "quadratic against linear",
-        fine("quadratic"),
-        fine("linear"),
-    );
-    // Only the conservative stencils sum to the surface.
-    let off = |method| column("conservation", method)[1];
-    proof.below("conservation, conservative", off("conservative"), 1e-10);
-    proof.above("conservation, Aras 2014", off("Aras"), 0.1);
-}
-
 pub(super) fn beam_study_comes_near_the_finite_elements(proof: &mut Proof) {
     let findings = study("beam");
     let errors = numbers(&findings, "deflection", "error", []);
@@ -276,13 +254,6 @@ pub(super) fn chapter_6_cuts_three_bodies_twice(proof: &mut Proof) {
     }
 }
 
-pub(super) fn cut_study_updates_blocks(proof: &mut Proof) {
-    let findings = study("cut");
-    for (_, triangles) in entries(&findings, "updates", "triangles") {
-        proof.above("triangles", triangles, 20.0);
-    }
-}
-
 pub(super) fn figures_study_draws_each_and_table_1_has_its_pattern(proof: &mut Proof) {
     let findings = study("figures");
     let deviation = |curve| numbers(&findings, "approximation", "deviation", ["", curve]);
@@ -334,35 +305,6 @@ pub(super) fn figures_study_draws_each_and_table_1_has_its_pattern(proof: &mut P
                 proof.above(format!("radius {}: grows", place + 1), now, before);
             }
         }
-    }
-}
-
-pub(super) fn stretch_study_finds_every_material_exact(proof: &mut Proof) {
-    let findings = study("stretch");
-    let mut materials = Vec::new();
-    for (row, error) in entries(&findings, "stretch", "error") {
-        let model = row[1].word();
-        match model {
-            "default" | "mean dilatation" => proof.below(
-                format!("{}: error of {model}", row[0].word()),
-                error.abs(),
-                1e-4,
-            ),
-            // Nodal volumes that sum to too much.
-            _ => proof.above(
-                format!("{}: error of {model}, %", row[0].word()),
-                error,
-                20.0,
-            ),
-        }
-        materials.push(row[0].word());
-    }
-    assert_eq!(materials.len(), 25, "every row found an equilibrium");
-    materials.dedup();
-    assert_eq!(materials.len(), 5, "{materials:?}");
-    for (row, across) in entries(&findings, "stretch", "stretch across") {
-        let far = row[1].word() == "dissertation";
-        proof.holds(label(row), far || across.abs() < 0.01);
     }
 }
 
@@ -450,17 +392,6 @@ pub(super) fn splat_study_says_where_following_curvature_gains(proof: &mut Proof
     proof.above("holes of one radius", holes, 5.0);
 }
 
-pub(super) fn time_study_measures_bodies_of_the_size_asked_for(proof: &mut Proof) {
-    let findings = study("time");
-    let nodes = entries(&findings, "step", "nodes");
-    let speeds = entries(&findings, "step", "speed");
-    for (((row, nodes), (_, speed)), asked) in nodes.iter().zip(&speeds).zip([300.0, 1408.0]) {
-        proof.below(label(row), (nodes / asked - 1.0).abs(), 0.05);
-        proof.holds(label(row), *speed > 0.0 && speed.is_finite());
-    }
-    assert_eq!((nodes.len(), speeds.len()), (2, 2));
-}
-
 /// Runs the binary in a folder of its own.
 fn benches(sandbox: &tempfile::TempDir, arguments: &[&str]) -> Command {
     let mut command = Command::new(std::env::current_exe().expect("it runs"));
@@ -478,11 +409,11 @@ pub(super) fn studies_are_listed_and_a_misspelt_one_is_named(proof: &mut Proof) 
             list.contains(&format!("\n  {} ", study.name)),
         );
     }
-    let wrong = benches(&sandbox, &["gradients"]).output();
+    let wrong = benches(&sandbox, &["beams"]).output();
     let wrong = wrong.expect("it starts");
     let said = String::from_utf8(wrong.stderr).expect("it is text");
     assert_eq!(wrong.status.code(), Some(2), "{said}");
-    proof.holds("a misspelt study is named", said.contains("'gradient'"));
+    proof.holds("a misspelt study is named", said.contains("'beam'"));
     assert_eq!(sandbox.path().read_dir().expect("it is there").count(), 0);
 }
 

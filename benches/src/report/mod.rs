@@ -162,6 +162,22 @@ fn significant(number: f64) -> String {
     }
 }
 
+/// What a row of a CSV file says: each entry after its column's name, numbers with three digits.
+pub(crate) fn in_words(row: &impl serde::Serialize) -> Result<String, StudyError> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.serialize(row)?;
+    let bytes = writer.into_inner().expect("memory takes all");
+    let mut reader = csv::Reader::from_reader(&bytes[..]);
+    let names = reader.headers()?.clone();
+    let entries = reader.records().next().expect("a row was written")?;
+    let word = |(name, entry): (&str, &str)| match entry.parse() {
+        Ok(number) if entry.parse::<i64>().is_err() => format!("{name} {}", significant(number)),
+        _ => format!("{name} {entry}"),
+    };
+    let words: Vec<String> = names.iter().zip(&entries).map(word).collect();
+    Ok(words.join(", "))
+}
+
 impl Table {
     /// A table under a `header` of `name (unit)` of each column, or `name` of one that holds words, with `; ` between them.
     pub(crate) fn new(
@@ -199,6 +215,19 @@ impl Table {
             add(row.iter().map(Cell::in_full).collect());
         }
         writer.into_inner().expect("memory takes all")
+    }
+
+    /// Lines of a plot, one for each word of the column `by`: numbers of the column `x`, sizes of those of `y`. Rows
+    /// that lack one of them have no point.
+    pub(crate) fn lines(&self, by: &str, x: &str, y: &str) -> Vec<Series> {
+        let [by, x, y] = [by, x, y].map(|name| self.column(name));
+        let mut lines = Vec::new();
+        for row in &self.rows {
+            if let (Some(x), Some(y)) = (row[x].number(), row[y].number()) {
+                add_point(&mut lines, row[by].word(), (x, y.abs()));
+            }
+        }
+        lines
     }
 
     /// The position of the column called `name`.

@@ -1,7 +1,7 @@
 //! What rules for weakening pairs do to the mechanics: stress intensity and mouth of an edge crack.
 
 use crate::problems::cracks::{Form, PLACES, Ratios, edge_crack};
-use crate::report::{Cell, Report, Series, Table, plots, row};
+use crate::report::{Cell, Report, Series, Table, add_point, plots, row};
 use crate::{Effort, StudyError};
 
 /// Mean and standard deviation.
@@ -23,11 +23,9 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
         (&[10, 16], &[PLACES[1], PLACES[6]]),
     );
     let mut rows = Vec::new();
-    let (mut intensity, mut mouth) = (Vec::new(), Vec::new());
-    let (mut by_time, mut by_place) = (Vec::new(), Vec::new());
+    let mut by_place = Vec::new();
     for form in Form::ALL {
         let name = form.name().to_owned();
-        let (mut firsts, mut seconds, mut costs) = (Vec::new(), Vec::new(), Vec::new());
         for &cells in sizes {
             let runs = places
                 .iter()
@@ -57,10 +55,6 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
                 milliseconds(&runs, 1),
                 milliseconds(&runs, 2)
             ]);
-            firsts.push((length, 100.0 * root(&runs, |run| run.first)));
-            seconds.push((length, 100.0 * root(&runs, |run| run.second)));
-            let update = milliseconds(&runs, 1) + milliseconds(&runs, 2);
-            costs.push((update, 100.0 * off(&runs)));
             // The product over pieces is three times the reference and would flatten the others.
             if cells == 20 && form != Form::Pieces {
                 let places = places.iter().zip(&runs).filter(|(place, _)| place[1] < 0.3);
@@ -70,30 +64,35 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
                 ));
             }
         }
-        for (plot, points) in [
-            (&mut intensity, firsts),
-            (&mut mouth, seconds),
-            (&mut by_time, costs),
-        ] {
-            if !points.is_empty() {
-                plot.push(Series::line(name.clone(), points));
-            }
-        }
     }
-    let tables = vec![Table::new(
+    let table = Table::new(
         "edge",
         "Edge crack under tension: errors against Tada, Paris and Irwin, cost of the cut",
         "form; length (spacings); nodes (1); K_I (%); K_I scatter (%); mouth (%); \
          mouth scatter (%); both, RMS (%); set-up (ms); factors (ms); rows (ms)",
         rows,
-    )];
+    );
+    let lines = |point: fn(&[f64]) -> (f64, f64)| {
+        let mut lines = Vec::new();
+        for row in &table.rows {
+            let numbers: Vec<f64> = row.iter().filter_map(Cell::number).collect();
+            if numbers.len() == 10 {
+                add_point(&mut lines, row[0].word(), point(&numbers));
+            }
+        }
+        lines
+    };
+    // Of a mean and its scatter the root mean square is the hypotenuse.
     let mut plots = plots![
         "intensity" "Edge crack: error of the stress intensity",
-            log "length of the crack (spacings)", log "RMS error of K_I (%)" => intensity;
+            log "length of the crack (spacings)",
+            log "RMS error of K_I (%)" => lines(|row| (row[0], row[2].hypot(row[3])));
         "mouth" "Edge crack: error of the mouth's opening",
-            log "length of the crack (spacings)", log "RMS error of the mouth (%)" => mouth;
+            log "length of the crack (spacings)",
+            log "RMS error of the mouth (%)" => lines(|row| (row[0], row[4].hypot(row[5])));
         "time" "Edge crack: error against the time of the cut",
-            log "factors and rows of the whole cut (ms)", log "RMS error of K_I and mouth (%)" => by_time;
+            log "factors and rows of the whole cut (ms)",
+            log "RMS error of K_I and mouth (%)" => lines(|row| (row[8] + row[9], row[6]));
     ];
     if effort == Effort::Full {
         plots.extend(plots![
@@ -113,7 +112,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
             "Times: set-up once per body, then factors and rows of the whole cut. The one-sided grid \
              is refused where its weights differ between the two directions of a pair.",
         ],
-        tables,
+        vec![table],
         plots,
     ))
 }

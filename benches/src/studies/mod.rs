@@ -7,15 +7,11 @@ mod beam;
 mod chapter6;
 mod contact;
 mod crack;
-mod cut;
 mod field;
 mod figures;
-mod gradient;
 mod hertz;
 mod sag;
 mod splat;
-mod stretch;
-mod time;
 
 use std::path::PathBuf;
 
@@ -72,12 +68,8 @@ macro_rules! studies {
 
 /// Every study.
 pub const STUDIES: &[Study] = studies! {
-    "gradient" gradient::run, "Gradients on scattered nodes",
-        "how far off is the gradient of a smooth field, and what does it cost?";
     "beam" beam::run, "A cantilever under a load at its end",
         "how far off is the deflection, and what does a simulated second cost?";
-    "stretch" stretch::run, "A cube stretched with free sides",
-        "how far off is the stress of each material, and what does its solution cost?";
     "hertz" hertz::run, "A sphere pressed into a block",
         "how far off is the force of a tool, against half-space theory and finite elements?";
     "field" field::run, "Displacements under a sphere, as nodal values and as read",
@@ -86,16 +78,12 @@ pub const STUDIES: &[Study] = studies! {
         "how far off are forces, times and distances of deformable bodies in contact?";
     "crack" crack::run, "Cracks with a known answer",
         "how far off are stress intensity and opening of a cut, and what does it cost?";
-    "cut" cut::run, "Cutting",
-        "what does a blade update cost?";
     "chapter6" chapter6::run, "The dissertation's chapter 6 again",
         "how do its model and phyxel do on its bodies: error, speed, energy of the cuts?";
     "splat" splat::run, "Surfaces drawn as splats",
         "how far is a picture of splats from the exact one, and what does it cost?";
     "figures" figures::run, "The dissertation's figures",
         "what does each figure with data show there, and what does it show here?";
-    "time" time::run, "Time of a step",
-        "what does a step cost as the body grows?";
 };
 
 /// What a study found.

@@ -11,10 +11,12 @@ use crate::command::Command;
 use crate::layout::Layout;
 use crate::memory::Memory;
 use crate::package::Locals;
-use crate::share::{Share, told};
+use crate::share::Share;
 use crate::traffic::Traffic;
 use crate::vtu::{write_index, write_piece};
-use crate::wire::{FRONT, Wire, broadcast, gather, packed, ranks, send, unpacked, vectors, wake};
+use crate::wire::{
+    FRONT, Wire, broadcast, gather, gather_kinds, packed, ranks, send, unpacked, vectors, wake,
+};
 use crate::worker::Counted;
 
 /// The shares of a body on all ranks.
@@ -44,10 +46,6 @@ pub(crate) struct Front {
     works: [f64; 2],
 }
 
-fn runs(count: usize) -> usize {
-    count.div_ceil(WATCHED_NODES)
-}
-
 impl Front {
     /// A list of each rank's range.
     fn counts(&self) -> Vec<usize> {
@@ -58,67 +56,47 @@ impl Front {
         })
     }
 
-    /// Reads what all ranks said at the end of a step; of monitored nodes, two lists of vectors.
-    fn hear(&mut self, all: &[f64], more: usize) -> Vec<Vec<DVec3>> {
-        let mut rest = all;
-        let mut take = |count: usize| {
-            let (these, others) = rest.split_at(count);
-            rest = others;
-            these
+    /// Hears what all ranks say at the end of a step, beside rank 0's own; of monitored nodes, two lists of vectors, if
+    /// `watched` is true.
+    fn hear(&mut self, mine: &[f64], watched: bool) -> [Vec<f64>; 2] {
+        let of_rank = |(rank, count): (usize, usize)| {
+            let runs = count.div_ceil(WATCHED_NODES);
+            let sums = count.div_ceil(SHARED_NODES) * PassSums::LENGTH;
+            let [offsets, bonds] = self.carried.get(rank).copied().unwrap_or_default();
+            let more = if watched {
+                3 * self.watched_of[rank]
+            } else {
+                0
+            };
+            [sums, runs, runs, 1, offsets, bonds, bonds, more, more]
         };
-        self.sums.clear();
-        self.indicators.clear();
-        let mut energies = Vec::new();
-        let (mut offsets, mut bonds, mut bond_energies) = (Vec::new(), Vec::new(), Vec::new());
-        let mut lists = vec![Vec::new(); more];
-        self.ratio = f64::INFINITY;
-        for (rank, count) in self.counts().into_iter().enumerate() {
-            let chunks = count.div_ceil(SHARED_NODES);
-            let (sums, _) = take(chunks * PassSums::LENGTH).as_chunks();
-            self.sums.extend(sums.iter().map(|sums| PassSums(*sums)));
-            energies.extend_from_slice(take(runs(count)));
-            self.indicators.extend_from_slice(take(runs(count)));
-            self.ratio = self.ratio.min(take(1)[0]);
-            let [carried, bond_count] = self.carried.get(rank).copied().unwrap_or_default();
-            offsets.extend_from_slice(take(carried));
-            bonds.extend_from_slice(take(bond_count));
-            bond_energies.extend_from_slice(take(bond_count));
-            for list in &mut lists {
-                list.extend_from_slice(vectors(take(3 * self.watched_of[rank])));
-            }
-        }
+        let counts: Vec<_> = self.counts().into_iter().enumerate().map(of_rank).collect();
+        let [
+            sums,
+            energies,
+            indicators,
+            ratios,
+            offsets,
+            bonds,
+            bond_energies,
+            first,
+            second,
+        ] = gather_kinds(mine, &counts);
+        let (sums, _) = sums.as_chunks();
+        self.sums = sums.iter().map(|sums| PassSums(*sums)).collect();
+        self.indicators = indicators;
+        self.ratio = ratios.into_iter().fold(f64::INFINITY, f64::min);
         self.carried.clear();
         self.works = [offsets.iter().sum(), bonds.iter().sum()];
         let of_bonds = bond_energies.iter().fold(0.0, |sum, energy| sum + energy);
         self.energy = energies.iter().sum::<f64>() + of_bonds;
-        lists
+        [first, second]
     }
 
-    fn gather_told(&self, mine: &[f64], more: usize) -> Vec<f64> {
-        let counts = self.counts().into_iter().zip(&self.watched_of).enumerate();
-        let counts: Vec<usize> = counts
-            .map(|(rank, (count, watched))| {
-                let [offsets, bonds] = self.carried.get(rank).copied().unwrap_or_default();
-                told(count) + offsets + 2 * bonds + 3 * more * watched
-            })
-            .collect();
-        gather(mine, &counts)
-    }
-
-    /// Vectors of monitored nodes from all ranks, so many lists.
-    fn gather_watched(&self, mine: &[f64], lists: usize) -> Vec<Vec<DVec3>> {
-        let counts: Vec<usize> = self.watched_of.iter().map(|w| 3 * lists * w).collect();
-        let all = gather(mine, &counts);
-        let mut found = vec![Vec::new(); lists];
-        let mut rest = &all[..];
-        for watched in &self.watched_of {
-            for list in &mut found {
-                let (these, others) = rest.split_at(3 * watched);
-                list.extend_from_slice(vectors(these));
-                rest = others;
-            }
-        }
-        found
+    /// Vectors of monitored nodes from all ranks, `N` lists.
+    fn gather_watched<const N: usize>(&self, mine: &[f64]) -> [Vec<f64>; N] {
+        let counts: Vec<_> = self.watched_of.iter().map(|w| [3 * w; N]).collect();
+        gather_kinds(mine, &counts)
     }
 
     fn picked(&self, list: &[DVec3]) -> Vec<f64> {
@@ -127,8 +105,8 @@ impl Front {
         picked.collect()
     }
 
-    fn put(&self, from: &[DVec3], to: &mut [DVec3]) {
-        for (&node, value) in self.watched.iter().zip(from) {
+    fn put(&self, from: &[f64], to: &mut [DVec3]) {
+        for (&node, value) in self.watched.iter().zip(vectors(from)) {
             if let Some(to) = to.get_mut(node as usize) {
                 *to = *value;
             }

@@ -5,26 +5,14 @@ use phyxel_integrate::State;
 
 /// Positions, velocities, forces and viscous forces of a state.
 pub(crate) fn moving(state: &State) -> [&Vec<DVec3>; 4] {
-    let State {
-        positions,
-        velocities,
-        forces,
-        viscous,
-        ..
-    } = state;
-    [positions, velocities, forces, viscous]
+    let (x, v) = (&state.positions, &state.velocities);
+    [x, v, &state.forces, &state.viscous]
 }
 
 /// The same, to be written.
 pub(crate) fn moving_mut(state: &mut State) -> [&mut Vec<DVec3>; 4] {
-    let State {
-        positions,
-        velocities,
-        forces,
-        viscous,
-        ..
-    } = state;
-    [positions, velocities, forces, viscous]
+    let (x, v) = (&mut state.positions, &mut state.velocities);
+    [x, v, &mut state.forces, &mut state.viscous]
 }
 
 /// Vectors of own nodes.

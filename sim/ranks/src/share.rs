@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use glam::DVec3;
 use phyxel::BodyProblem;
 use phyxel_elastic::{Elastic, WATCHED_NODES};
-use phyxel_integrate::{Motion, Pass, PassSums, State};
+use phyxel_integrate::{Motion, Pass, State};
 
 use crate::package::{Change, Model, Package};
 use crate::wire::{Wire, flat, vectors};
@@ -31,12 +31,6 @@ pub(crate) struct Share {
     pub(crate) in_forces: Duration,
     /// Time in estimates of the largest eigenvalue, exchanges included.
     pub(crate) in_estimates: Duration,
-}
-
-/// Numbers that a rank reports per step, besides what it says of monitored nodes.
-pub(crate) fn told(count: usize) -> usize {
-    let chunks = count.div_ceil(phyxel_integrate::SHARED_NODES);
-    chunks * PassSums::LENGTH + 2 * count.div_ceil(WATCHED_NODES) + 1
 }
 
 impl Share {

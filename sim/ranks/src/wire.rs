@@ -129,6 +129,21 @@ pub(crate) fn gather(mine: &[f64], counts: &[usize]) -> Vec<f64> {
     all
 }
 
+/// Brings numbers of all ranks to the front, of each so many of every kind, one kind after the other; all of a kind in the
+/// order of the ranks.
+pub(crate) fn gather_kinds<const N: usize>(mine: &[f64], counts: &[[usize; N]]) -> [Vec<f64>; N] {
+    let of_ranks: Vec<usize> = counts.iter().map(|counts| counts.iter().sum()).collect();
+    let all = gather(mine, &of_ranks);
+    let (mut kinds, mut next) = ([(); N].map(|()| Vec::new()), 0);
+    for counts in counts {
+        for (kind, count) in kinds.iter_mut().zip(counts) {
+            kind.extend_from_slice(&all[next..next + count]);
+            next += count;
+        }
+    }
+    kinds
+}
+
 /// Whether all ranks could do what they were asked, as the front sees it.
 pub(crate) fn all_fine(mine: bool) -> bool {
     let said = gather(&[f64::from(u8::from(mine))], &vec![1; ranks()]);
@@ -174,9 +189,9 @@ pub(crate) fn send_vectors(to: usize, list: &[DVec3]) {
 /// Receives what [`send_vectors`] sent.
 pub(crate) fn received_vectors(from: usize) -> Vec<DVec3> {
     let bytes = receive(from);
-    let numbers = bytes.as_chunks().0.iter();
-    let numbers: Vec<f64> = numbers.map(|bytes| f64::from_ne_bytes(*bytes)).collect();
-    vectors(&numbers).to_vec()
+    let mut list = vec![DVec3::ZERO; bytes.len() / size_of::<DVec3>()];
+    cast_slice_mut(&mut list).copy_from_slice(&bytes);
+    list
 }
 
 /// Receives what [`send_vectors`] sent, into a list as long.

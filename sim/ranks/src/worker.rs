@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use phyxel::BodyProblem;
-use phyxel_integrate::State;
+use phyxel_integrate::{Pass, State};
 use serde::{Deserialize, Serialize};
 
 use crate::command::Command;
@@ -102,6 +102,24 @@ fn hear_velocities(share: &mut Share) {
     }
 }
 
+/// A step of which the front sees the monitored nodes, as `phyxel_integrate::Shares` of the front asks for it.
+fn watched_step(share: &mut Share, pass: &Pass, wire: &mut Wire) {
+    let mut watched = vec![0.0; 3 * share.package.watched_count];
+    broadcast(&mut watched);
+    share.set_watched(&watched, false);
+    share.begin(pass);
+    let motion = &share.motion;
+    let places = share.watched(&[motion.positions(), motion.velocities()]);
+    gather(&places, &[]);
+    broadcast(&mut watched);
+    share.set_watched(&watched, true);
+    share.evaluate(wire);
+    gather(&share.watched(&[share.own_forces()]), &[]);
+    watched.push(0.0);
+    broadcast(&mut watched);
+    gather(&share.end_watched(pass, &watched), &[]);
+}
+
 fn obey(
     command: Command,
     share: &mut Share,
@@ -130,24 +148,7 @@ fn obey(
         Command::Step(pass) => {
             gather(&share.step(&pass, wire), &[]);
         }
-        Command::Watched(pass) => {
-            let mut watched = vec![0.0; 3 * share.package.watched_count];
-            broadcast(&mut watched);
-            share.set_watched(&watched, false);
-            share.begin(&pass);
-            let motion = &share.motion;
-            gather(
-                &share.watched(&[motion.positions(), motion.velocities()]),
-                &[],
-            );
-            broadcast(&mut watched);
-            share.set_watched(&watched, true);
-            share.evaluate(wire);
-            gather(&share.watched(&[share.own_forces()]), &[]);
-            watched.push(0.0);
-            broadcast(&mut watched);
-            gather(&share.end_watched(&pass, &watched), &[]);
-        }
+        Command::Watched(pass) => watched_step(share, &pass, wire),
         Command::Decay(factor) => {
             let works = share.decay(factor);
             gather(&works.each_ref().map(|works| works.len() as f64), &[]);

@@ -91,17 +91,24 @@ impl Camera {
     /// anyhow where `up` lies along its view.
     #[must_use]
     pub fn looking_at(eye: DVec3, target: DVec3, up: DVec3, field_of_view: f64) -> Self {
-        let forward = (target - eye).normalize_or(DVec3::Y);
+        let focal = 0.5 / (0.5 * field_of_view).tan();
+        Self {
+            eye,
+            lens: Lens::Perspective { focal },
+            ..Self::along((target - eye).normalize_or(DVec3::Y), up)
+        }
+    }
+
+    /// A camera at the origin that looks along a unit vector.
+    fn along(forward: DVec3, up: DVec3) -> Self {
         let aside = forward.any_orthonormal_vector();
         let right = forward.cross(up).normalize_or(aside);
         Self {
-            eye,
+            eye: DVec3::ZERO,
             right,
             up: right.cross(forward),
             forward,
-            lens: Lens::Perspective {
-                focal: 0.5 / (0.5 * field_of_view).tan(),
-            },
+            lens: Lens::Orthographic { height: 1.0 },
         }
     }
 
@@ -144,21 +151,11 @@ impl Camera {
         let forward = direction
             .try_normalize()
             .expect("the direction of view must not be zero");
-        let aside = forward.any_orthonormal_vector();
-        let right = forward.cross(up).normalize_or(aside);
         let corner = |k: u32| {
             let is_high = BVec3::new(k & 1 > 0, k & 2 > 0, k & 4 > 0);
             DVec3::select(is_high, high, low)
         };
-        let corners = (0..8).map(corner).collect();
-        let camera = Self {
-            eye: DVec3::ZERO,
-            right,
-            up: right.cross(forward),
-            forward,
-            lens: Lens::Orthographic { height: 1.0 },
-        };
-        (camera, corners)
+        (Self::along(forward, up), (0..8).map(corner).collect())
     }
 
     /// World to camera axes: image right, image **down**, forward.

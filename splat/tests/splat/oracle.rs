@@ -4,6 +4,7 @@ use glam::DVec3;
 use phyxel_splat::{Camera, Frame, Lens};
 use std::f64::consts::{PI, TAU};
 use testkit::cloud::golden_sphere;
+use testkit::picture::{self, Difference, Hit};
 
 /// Distance along a ray to where a signed distance is 0: sphere tracing, to 1e-9.
 pub(crate) fn trace(distance: impl Fn(DVec3) -> f64, from: DVec3, direction: DVec3) -> Option<f64> {
@@ -139,21 +140,6 @@ impl Shape {
     }
 }
 
-/// How far a picture is from the exact one.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Difference {
-    /// Background pixels more than one pixel inside the exact silhouette.
-    pub(crate) holes: usize,
-    /// Covered pixels more than one pixel outside the exact silhouette.
-    pub(crate) strays: usize,
-    /// Root mean square depth error over pixels both cover.
-    pub(crate) depth: f64,
-    /// Mean angle between normals (degrees), likewise; pixels within two of an edge left out.
-    pub(crate) normal: f64,
-    /// Pixels inside the exact silhouette.
-    pub(crate) inside: usize,
-}
-
 /// Where the ray of an image's point begins, and its direction: `x` and `y` pixels from the upper left of an image `w` wide and
 /// `h` high.
 pub(crate) fn ray(camera: &Camera, (w, h): (f64, f64), (x, y): (f64, f64)) -> (DVec3, DVec3) {
@@ -169,54 +155,19 @@ pub(crate) fn ray(camera: &Camera, (w, h): (f64, f64), (x, y): (f64, f64)) -> (D
 
 /// Compares a frame with the exact picture.
 pub(crate) fn compare(shape: Shape, camera: &Camera, frame: &Frame) -> Difference {
-    let (w, h) = (frame.width as usize, frame.height as usize);
-    let mut exact = vec![None; w * h];
-    for y in 0..h {
-        for x in 0..w {
-            let at = (x as f64 + 0.5, y as f64 + 0.5);
-            let (from, along) = ray(camera, (w as f64, h as f64), at);
-            exact[y * w + x] = trace(|p| shape.distance(p), from, along).map(|t| {
-                let at = from + along * t;
-                ((at - camera.eye).dot(camera.forward), shape.normal(at))
-            });
-        }
-    }
-    let near = |x: usize, y: usize, r: usize, want: bool| {
-        (y.saturating_sub(r)..(y + r + 1).min(h)).any(|v| {
-            (x.saturating_sub(r)..(x + r + 1).min(w)).any(|u| exact[v * w + u].is_some() == want)
+    let (w, h) = (f64::from(frame.width), f64::from(frame.height));
+    let exact = (0..frame.width * frame.height).map(|k| {
+        let (x, y) = (f64::from(k % frame.width), f64::from(k / frame.width));
+        let (from, along) = ray(camera, (w, h), (x + 0.5, y + 0.5));
+        let at = from + along * trace(|p| shape.distance(p), from, along)?;
+        Some(Hit {
+            depth: (at - camera.eye).dot(camera.forward),
+            normal: shape.normal(at),
         })
-    };
-    // A fold of the surface in front of itself is an edge too.
-    let folded = |x: usize, y: usize| {
-        let around = (y.saturating_sub(2)..(y + 3).min(h))
-            .flat_map(|v| (x.saturating_sub(2)..(x + 3).min(w)).map(move |u| v * w + u));
-        let depths = around.filter_map(|k| exact[k].map(|e| e.0));
-        let (low, high) = depths.fold((f64::INFINITY, 0.0_f64), |(a, b), d| (a.min(d), b.max(d)));
-        high - low > 0.2
-    };
-    let mut out = Difference::default();
-    let (mut depths, mut normals) = (0, 0);
-    for y in 0..h {
-        for x in 0..w {
-            let k = y * w + x;
-            let covered = frame.depth[k].is_finite();
-            out.inside += usize::from(exact[k].is_some());
-            match exact[k] {
-                Some(_) if !covered && !near(x, y, 1, false) => out.holes += 1,
-                None if covered && !near(x, y, 1, true) => out.strays += 1,
-                Some((depth, normal)) if covered && !near(x, y, 2, false) && !folded(x, y) => {
-                    out.depth += (f64::from(frame.depth[k]) - depth).powi(2);
-                    depths += 1;
-                    let n = frame.normals[k].as_dvec3();
-                    let n = camera.right * n.x + camera.up * n.y - camera.forward * n.z;
-                    out.normal += n.dot(normal).clamp(-1.0, 1.0).acos().to_degrees();
-                    normals += 1;
-                }
-                _ => {}
-            }
-        }
-    }
-    out.depth = (out.depth / f64::from(depths.max(1))).sqrt();
-    out.normal /= f64::from(normals.max(1));
-    out
+    });
+    let exact: Vec<Option<Hit>> = exact.collect();
+    picture::compare(frame.width as usize, &exact, &frame.depth, |k| {
+        let n = frame.normals[k].as_dvec3();
+        camera.right * n.x + camera.up * n.y - camera.forward * n.z
+    })
 }

@@ -12,7 +12,7 @@ use phyxel_mls::GradientStencils;
 
 use super::intrinsic::{Mechanics, Rows};
 use super::plate::Plate;
-use super::{POISSON, YOUNG};
+use super::{POISSON, YOUNG, opening};
 use crate::StudyError;
 use crate::problems::model::{Law, small_displacements};
 
@@ -215,8 +215,7 @@ impl<'a> CutBody<'a> {
             .collect()
     }
 
-    /// Opening (m) of the cut along `normal` at a point of its face: both sides by the nearest nodes
-    /// that look at it from that side, each with its own gradient.
+    /// Opening (m) of the cut along `normal` at a point of its face, see [`opening`].
     pub fn opening(
         &self,
         cuts: &Cuts,
@@ -225,20 +224,9 @@ impl<'a> CutBody<'a> {
         at: DVec3,
         normal: DVec3,
     ) -> f64 {
-        let (x, spacing) = (&self.body.block.rest, self.body.spacing);
-        let side = |sign: f64| -> f64 {
-            let from = at + sign * 1e-6 * spacing * normal;
-            let (mut best, mut nearest) = (f64::INFINITY, 0);
-            for (i, x) in x.iter().enumerate() {
-                let d = x.distance(at);
-                if d < best && d < 3.0 * spacing && !cuts.crosses(from, *x) {
-                    (best, nearest) = (d, i);
-                }
-            }
-            let value = u[nearest] + gradients[nearest] * (at - x[nearest]);
-            value.dot(normal)
-        };
-        side(1.0) - side(-1.0)
+        let crosses = |a, b| cuts.crosses(a, b);
+        let field = (&self.body.block.rest[..], u, gradients);
+        opening(field, self.body.spacing, crosses, at, normal)
     }
 }
 

@@ -7,11 +7,13 @@ mod plate;
 mod problems;
 pub mod references;
 
-use glam::DMat3;
+use glam::{DMat3, DVec3};
 
 pub use cut_body::{CutBody, Form};
 pub use plate::Plate;
 pub use problems::{Ratios, add_stroke, edge_crack, upright};
+
+use super::nearest;
 
 /// Young's modulus (Pa) and Poisson's ratio of all cracks.
 pub const YOUNG: f64 = 1000.0;
@@ -35,6 +37,26 @@ pub fn stress(gradient: DMat3) -> DMat3 {
     let lame = YOUNG * POISSON / ((1.0 + POISSON) * (1.0 - 2.0 * POISSON));
     let trace = strain.x_axis.x + strain.y_axis.y + strain.z_axis.z;
     2.0 * mu * strain + lame * trace * DMat3::IDENTITY
+}
+
+/// Opening (m) of a cut along `normal` at a point of its face: both sides by the nearest nodes within three spacings that look
+/// at it from that side, without a crossing, each with its own gradient. The field are positions at rest, displacements (m) and
+/// displacement gradients of the nodes.
+pub(crate) fn opening(
+    (rest, moved, gradients): (&[DVec3], &[DVec3], &[DMat3]),
+    spacing: f64,
+    crosses: impl Fn(DVec3, DVec3) -> bool,
+    at: DVec3,
+    normal: DVec3,
+) -> f64 {
+    let side = |sign: f64| {
+        let from = at + sign * 1e-6 * spacing * normal;
+        let sees = |x: DVec3| x.distance(at) < 3.0 * spacing && !crosses(from, x);
+        nearest(rest, at, sees).map_or(f64::NAN, |i| {
+            (moved[i] + gradients[i] * (at - rest[i])).dot(normal)
+        })
+    };
+    side(1.0) - side(-1.0)
 }
 
 /// Eight positions of the tip along the line and of the line across it, relative to the nodes, in

@@ -1,15 +1,12 @@
 //! Cracks in plane strain. All ratios are to the reference named beside them.
 
-use std::f64::consts::PI;
-
 use glam::DVec3;
 use phyxel_enrich::Cuts;
 
 use super::cut_body::{CutBody, Form};
 use super::field::stress_intensities;
-use super::plane_modulus;
 use super::plate::Plate;
-use super::references::edge_intensity;
+use super::references::{edge_intensity, edge_mouth};
 use crate::StudyError;
 
 /// Results relative to their references, and the times (s) of set-up, factors and rows.
@@ -97,12 +94,11 @@ pub fn edge_crack(
     let u = cut.solve(&body.tension(DVec3::Y), |_| IN_PLANE)?;
     let gradients = cut.gradients(&u);
     let k = stress_intensities(&cut, &gradients, tip, DVec3::X, 6.0_f64.min(0.3 / dx) * dx);
-    let opening_shape = (1.46 + 3.42 * (1.0 - (0.5 * PI * a).cos())) / (0.5 * PI * a).cos().powi(2);
     let at = DVec3::new(0.0, y, 0.5 * dx);
     let mouth = cut.opening(&cuts, &u, &gradients, at, DVec3::Y);
     Ok(Some(Ratios {
         first: k[0] / edge_intensity(a),
-        second: mouth / (4.0 * a * opening_shape / plane_modulus()),
+        second: mouth / edge_mouth(a),
         seconds: cut.seconds,
         nodes: u.len(),
     }))

@@ -13,11 +13,11 @@ use phyxel_integrate::ForceLaw;
 
 use crate::problems::elements::Order;
 use crate::problems::indentation::{
-    Press, SMALL, SOFT, SPHERES, cube_lattice, graded_lattice, half_space, hertz_force,
+    Press, SMALL, SOFT, SPHERES, cube, cube_lattice, graded, hertz_force,
 };
 use crate::problems::model::ElasticBody;
 use crate::problems::reference::Reference;
-use crate::report::{Cell, Report, Series, Table, median_time, plots, row};
+use crate::report::{Cell, Plot, Report, Series, Table, median_time, plots, row};
 use crate::{Effort, StudyError};
 
 /// Young's modulus (Pa) of the tables; everything is proportional to it.
@@ -56,15 +56,15 @@ impl Model {
     }
 
     fn press(self, cells: u32) -> Result<Press, StudyError> {
-        let (nodes, tetrahedra) = match self {
-            Self::Graded => graded_lattice([cells; 3]),
-            _ => cube_lattice(cells),
-        };
-        let body = match self {
-            Self::Dissertation => ElasticBody::dissertation(&nodes, &tetrahedra, SOFT)?,
-            _ => ElasticBody::new(&nodes, &tetrahedra, SOFT, 0.1)?,
-        };
-        Press::cube(body, self.spacing(cells))
+        match self {
+            Self::Graded => graded([cells; 3]),
+            Self::Dissertation => {
+                let (nodes, tetrahedra) = cube_lattice(cells);
+                let body = ElasticBody::dissertation(&nodes, &tetrahedra, SOFT)?;
+                Press::cube(body, self.spacing(cells))
+            }
+            _ => cube(cells),
+        }
     }
 }
 
@@ -129,15 +129,10 @@ fn measured<B: ForceLaw>(
 pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
     let mut reference = Reference::new(effort.choose([12, 16], [8, 12]))?;
     let (table, curves) = force_curves(effort, &mut reference)?;
-    let (convergence, by_nodes, by_time, by_theory, by_norm) = convergence(effort, &mut reference)?;
+    let (convergence, converging) = convergence(effort, &mut reference)?;
     let (alternating, by_control) = norm::table(effort, &reference)?;
     let released = released::table(effort, &mut reference)?;
-    // On 12 and 14 cells, which grow by more than twofold, the stencils' solve stops at 1e-6.
-    let cells: &[u32] = effort.choose(&[16, 20, 24], &[10]);
-    let spaces = cells
-        .iter()
-        .map(|&cells| half_space(cells))
-        .collect::<Result<Vec<_>, _>>()?;
+    let spaces = space::press(effort)?;
     let tables = vec![
         convergence,
         table,
@@ -148,18 +143,13 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
     let mut plots = plots![
         "curves" "Force against indentation, sphere of 1 m (figs 69 and 72)",
             linear "indentation (m)", linear "force (N)" => curves;
-        "convergence" "Error of the force against the block's finite elements, 0.1 m deep",
-            log "nodes", log "error of the force (%)" => by_nodes;
-        "norm" "Norm of the displacements' error against degrees of freedom (fig. 71)",
-            log "degrees of freedom", log "error over displacements (%)" => by_norm;
-        "indentation" "Indentation at the force of eq. (65) over theory's (fig. 73)",
-            log "nodes", linear "indentation over theory's (1)" => by_theory;
-        "time" "Error of the force against the time of its solution, 0.1 m deep",
-            log "wall time of the static solution (s)", log "error of the force (%)" => by_time;
+    ];
+    plots.extend(converging);
+    plots.extend(plots![
         "pressure" "Pressure in the contact against Hertz",
             linear "distance from the middle (contact radii)",
             linear "pressure over Hertz's largest (1)" => space::pressures(&spaces);
-    ];
+    ]);
     plots.extend(by_control);
     Ok(Report::new(&WORDS, tables, plots))
 }
@@ -193,23 +183,16 @@ fn force_curves(
         (17, &[0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.08, 0.1]),
         (9, &[0.05, 0.1]),
     );
-    let (mut rows, mut curves) = (Vec::new(), Vec::new());
+    let mut rows = Vec::new();
     let theory = depths
         .iter()
         .map(|&depth| (depth, MODULUS * hertz_force(SOFT, 1.0, depth)));
-    curves.push(Series::line(
-        "half-space theory, eq. (65)",
-        theory.collect(),
-    ));
     let mut blocks = Vec::new();
     for &depth in depths {
         blocks.push((depth, MODULUS * reference.press(1.0, depth)?.force));
     }
-    let known = blocks.clone();
-    curves.push(Series::line("block, triquadratic elements", known));
     for (model, name) in [MODELS[0], MODELS[2]] {
         let mut body = model.press(cells)?;
-        let mut points = Vec::new();
         for &(depth, block) in &blocks {
             let found = press(&mut body, 1.0, depth)?;
             let theory = hertz_force(SOFT, 1.0, depth);
@@ -225,12 +208,7 @@ fn force_curves(
                 found.seconds,
                 found.products
             ]);
-            points.push((depth, MODULUS * found.force));
         }
-        curves.push(Series::line(
-            format!("{name}, {} nodes", body.body.rest.len()),
-            points,
-        ));
     }
     let table = Table::new(
         "curves",
@@ -239,42 +217,29 @@ fn force_curves(
          contact radius (m); over Hertz's (1); solution (s); products (1)",
         rows,
     );
+    let mut curves = vec![
+        Series::line("half-space theory, eq. (65)", theory.collect()),
+        Series::line("block, triquadratic elements", blocks),
+    ];
+    curves.extend(table.lines("model", "depth", "force"));
     Ok((table, curves))
 }
 
-type Converged = (Table, Vec<Series>, Vec<Series>, Vec<Series>, Vec<Series>);
-
 /// Error of the force over nodes and time, and of the displacements over degrees of freedom.
-fn convergence(effort: Effort, reference: &mut Reference) -> Result<Converged, StudyError> {
+fn convergence(
+    effort: Effort,
+    reference: &mut Reference,
+) -> Result<(Table, Vec<Plot>), StudyError> {
     let cells: &[u32] = effort.choose(&[7, 9, 11, 14, 17, 22], &[7, 9]);
     let (radius, depth) = SPHERES[2];
     let known_small = reference.press(radius, depth)?;
     let (radius, depth) = SPHERES[1];
     let known = reference.press(radius, depth)?;
+    let off = |force: f64, known: f64| 100.0 * (force / known - 1.0);
+    // Depth goes with the power 2/3 of the force, at small strain exactly.
+    let deeper = |force: f64| (hertz_force(SOFT, radius, depth) / force).powf(2.0 / 3.0);
     let mut rows = Vec::new();
-    let (mut by_nodes, mut by_time) = (Vec::new(), Vec::new());
-    let (mut by_theory, mut by_norm) = (Vec::new(), Vec::new());
-    let mut add = |model: &str, spacing: f64, found: &Measured| {
-        let error = 100.0 * (found.deep.force / known.force - 1.0);
-        // Depth goes with the power 2/3 of the force, at small strain exactly.
-        let deeper = (hertz_force(SOFT, radius, depth) / found.deep.force).powf(2.0 / 3.0);
-        rows.push(row![
-            model,
-            found.nodes,
-            depth.sqrt() / spacing,
-            error,
-            100.0 * (found.small.force / known_small.force - 1.0),
-            100.0 * found.norm,
-            deeper,
-            found.deep.seconds,
-            found.deep.products,
-            1e3 * found.evaluation
-        ]);
-        (error.abs(), deeper)
-    };
     for (model, name) in MODELS {
-        let (mut errors, mut times) = (Vec::new(), Vec::new());
-        let (mut ratios, mut norms) = (Vec::new(), Vec::new());
         for &cells in cells {
             let cells = match model {
                 Model::Graded if cells > 17 => continue,
@@ -293,17 +258,19 @@ fn convergence(effort: Effort, reference: &mut Reference) -> Result<Converged, S
                 }
                 _ => measured(&mut model.press(cells)?, reference),
             }?;
-            let (error, deeper) = add(name, model.spacing(cells), &found);
-            let nodes = found.nodes as f64;
-            errors.push((nodes, error));
-            times.push((found.deep.seconds, error));
-            ratios.push((nodes, deeper));
-            norms.push((3.0 * nodes, 100.0 * found.norm));
+            rows.push(row![
+                name,
+                found.nodes,
+                depth.sqrt() / model.spacing(cells),
+                off(found.deep.force, known.force),
+                off(found.small.force, known_small.force),
+                100.0 * found.norm,
+                deeper(found.deep.force),
+                found.deep.seconds,
+                found.deep.products,
+                1e3 * found.evaluation
+            ]);
         }
-        by_nodes.push(Series::line(name, errors));
-        by_time.push(Series::line(name, times));
-        by_theory.push(Series::line(name, ratios));
-        by_norm.push(Series::line(name, norms));
     }
     for (name, force, small) in [
         ("reference, finer lattice", known.fine, known_small.fine),
@@ -313,7 +280,6 @@ fn convergence(effort: Effort, reference: &mut Reference) -> Result<Converged, S
             known_small.coarse,
         ),
     ] {
-        let off = |force: f64, known: f64| Cell::Number(100.0 * (force / known - 1.0));
         let mut row = row![
             name,
             Cell::Nothing,
@@ -324,12 +290,6 @@ fn convergence(effort: Effort, reference: &mut Reference) -> Result<Converged, S
         row.resize(10, Cell::Nothing);
         rows.push(row);
     }
-    let block = (hertz_force(SOFT, radius, depth) / known.force).powf(2.0 / 3.0);
-    let ends = by_theory[0].points.iter().map(|p| p.0);
-    by_theory.push(Series::line(
-        "block, triquadratic elements",
-        ends.map(|nodes| (nodes, block)).collect(),
-    ));
     let table = Table::new(
         "convergence",
         "Force on the sphere against finite elements of the block",
@@ -338,5 +298,25 @@ fn convergence(effort: Effort, reference: &mut Reference) -> Result<Converged, S
          solution (s); products (1); forces (ms)",
         rows,
     );
-    Ok((table, by_nodes, by_time, by_theory, by_norm))
+    let (error, theory) = ("error, r 1 d 0.1", "depth over eq. (65)'s");
+    let mut by_norm = table.lines("model", "nodes", "norm of the error");
+    for point in by_norm.iter_mut().flat_map(|line| &mut line.points) {
+        point.0 *= 3.0;
+    }
+    let mut by_theory = table.lines("model", "nodes", theory);
+    let block = by_theory[0].points.iter();
+    let block = block.map(|point| (point.0, deeper(known.force))).collect();
+    by_theory.push(Series::line("block, triquadratic elements", block));
+    let plots = plots![
+        "convergence" "Error of the force against the block's finite elements, 0.1 m deep",
+            log "nodes", log "error of the force (%)" => table.lines("model", "nodes", error);
+        "norm" "Norm of the displacements' error against degrees of freedom (fig. 71)",
+            log "degrees of freedom", log "error over displacements (%)" => by_norm;
+        "indentation" "Indentation at the force of eq. (65) over theory's (fig. 73)",
+            log "nodes", linear "indentation over theory's (1)" => by_theory;
+        "time" "Error of the force against the time of its solution, 0.1 m deep",
+            log "wall time of the static solution (s)",
+            log "error of the force (%)" => table.lines("model", "solution", error);
+    ];
+    Ok((table, plots))
 }

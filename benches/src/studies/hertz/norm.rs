@@ -8,7 +8,7 @@ use crate::problems::elements::{Order, displacements};
 use crate::problems::indentation::{Press, SMALL, SOFT, SPHERES, cube_lattice, held, on_top};
 use crate::problems::model::{ElasticBody, small_displacements};
 use crate::problems::reference::{Reference, pulled};
-use crate::report::{Plot, Series, Table, plots, row};
+use crate::report::{Plot, Table, plots, row};
 use crate::{Effort, StudyError};
 
 pub(super) const WORDS: &str = "The table of alternation asks where the norm comes from: first a smooth \
@@ -158,7 +158,7 @@ pub(super) fn table(
     let sizes: &[u32] = effort.choose(&[9, 17, 25], &[6, 12]);
     let by_smooth = reference.with_top(smooth)?;
     let by_sphere = |x: DVec3| reference.displacement(x);
-    let (mut rows, mut curves) = (Vec::new(), Vec::new());
+    let mut rows = Vec::new();
     for (load, load_name) in LOADS {
         let known: &dyn Fn(DVec3) -> DVec3 = match load {
             Load::Smooth => &by_smooth,
@@ -169,7 +169,7 @@ pub(super) fn table(
             let name = control.map_or("trilinear elements".to_owned(), |control| {
                 format!("default, control {control}")
             });
-            let (mut before, mut points) = (None, Vec::new());
+            let mut before = None;
             for &cells in sizes {
                 let found = match control {
                     Some(control) => default(cells, control, load, known)?,
@@ -190,10 +190,6 @@ pub(super) fn table(
                     100.0 * averaged
                 ]);
                 before = Some((cells, plain));
-                points.push((found.rest.len() as f64, 100.0 * plain));
-            }
-            if let Load::Given = load {
-                curves.push(Series::line(&name, points));
             }
         }
     }
@@ -203,9 +199,12 @@ pub(super) fn table(
         "load; model; nodes (1); error inside (%); order (1); averaged (%)",
         rows,
     );
+    let mut given = table.clone();
+    given.rows.retain(|row| row[0].word() == LOADS[1].1);
     let plots = plots![
         "alternating" "Error inside with the reference's displacements given on the top",
-            log "nodes", log "error over displacements (%)" => curves;
+            log "nodes",
+            log "error over displacements (%)" => given.lines("model", "nodes", "error inside");
     ];
     Ok((table, plots))
 }

@@ -6,12 +6,13 @@ use glam::DVec3;
 use phyxel_discretize::{Bounds, Primitive, Solid, SurfaceSamples, surface_mesh};
 use phyxel_splat::{RadiusRule, covering_radii};
 
-use super::exact::{Difference, Exact, mean_square};
+use super::exact::{Exact, mean_square};
 use super::{at_rest, implicit};
 use crate::report::{Table, row};
 use crate::{Effort, StudyError};
 use phyxel::scene::SurfelSpacing;
 use phyxel_cli::picture::surfels_on_solid;
+use testkit::picture::Difference;
 
 /// The widest spacing of surfels over the narrowest.
 const RANGE: f64 = 3.0;

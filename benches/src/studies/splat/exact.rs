@@ -4,13 +4,12 @@ use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
 use phyxel_discretize::{Bounds, Primitive, Solid, SurfaceSamples, sample_surfels, surface_mesh};
-use phyxel_splat::{
-    Camera, Frame, Lens, Measure, RadiusRule, RenderSettings, Renderer, Splats, Tissue,
-};
+use phyxel_splat::{Camera, Lens, Measure, RadiusRule, RenderSettings, Renderer, Splats, Tissue};
 use rayon::prelude::*;
+use testkit::picture::{Difference, Hit, RIM, compare};
 
 use super::{at_rest, implicit};
-use crate::report::{Report, Table, add_point, median_time, plots, row};
+use crate::report::{Report, Table, median_time, plots, row};
 use crate::{Effort, StudyError};
 
 /// Radii of the torus (m).
@@ -18,10 +17,6 @@ const RING: f64 = 0.7;
 const TUBE: f64 = 0.3;
 /// Distance (m) at which a ray counts as at the surface; bodies are about 2 m large.
 const TOUCH: f64 = 1e-7;
-/// Pixels beside an edge of the exact picture where normals and depths are not compared.
-const RIM: usize = 2;
-/// Depths (m) that differ by more within the rim are an edge too.
-const FOLD: f64 = 0.2;
 /// Pictures of which the median time is taken.
 const PICTURES: usize = 5;
 
@@ -38,17 +33,10 @@ fn bodies() -> [(&'static str, Solid); 3] {
     ]
 }
 
-/// What a ray through a pixel meets.
-#[derive(Clone, Copy)]
-struct Hit {
-    pub(crate) depth: f64,
-    normal: DVec3,
-}
-
 /// The exact picture: a hit per pixel, row-major.
 pub(crate) struct Exact {
-    width: usize,
-    height: usize,
+    width: u32,
+    height: u32,
     hits: Vec<Option<Hit>>,
 }
 
@@ -59,18 +47,12 @@ impl Exact {
         let view = DVec3::new(-0.5, 0.8, -0.7);
         let aspect = f64::from(width) / f64::from(height);
         let camera = Camera::framing(bounds.min, bounds.max, view, DVec3::Z, aspect);
-        let exact = Self::of(solid, &camera, width as usize, height as usize);
-        (camera, exact)
-    }
-
-    fn of(solid: &Solid, camera: &Camera, width: usize, height: usize) -> Self {
-        let Lens::Perspective { focal } = camera.lens else {
-            unreachable!("the study's camera is one with perspective");
-        };
-        let ray = |pixel: usize| {
-            let (x, y) = ((pixel % width) as f64 + 0.5, (pixel / width) as f64 + 0.5);
-            let across = (x - 0.5 * width as f64) / (focal * height as f64);
-            let up = (0.5 * height as f64 - y) / (focal * height as f64);
+        let (w, h) = (f64::from(width), f64::from(height));
+        let focal = focal(&camera);
+        let ray = |pixel: u32| {
+            let (x, y) = (f64::from(pixel % width), f64::from(pixel / width));
+            let across = (x + 0.5 - 0.5 * w) / (focal * h);
+            let up = (0.5 * h - (y + 0.5)) / (focal * h);
             (camera.forward + camera.right * across + camera.up * up).normalize()
         };
         let hits = (0..width * height).into_par_iter().map(|pixel| {
@@ -81,32 +63,13 @@ impl Exact {
                 normal: solid.normal(at),
             })
         });
-        Self {
+        let hits = hits.collect();
+        let exact = Self {
             width,
             height,
-            hits: hits.collect(),
-        }
-    }
-
-    /// Pixels of the square of `reach` around a pixel.
-    fn around(&self, pixel: usize, reach: usize) -> impl Iterator<Item = &Option<Hit>> {
-        let (x, y) = (pixel % self.width, pixel / self.width);
-        let rows = y.saturating_sub(reach)..(y + reach + 1).min(self.height);
-        let columns = x.saturating_sub(reach)..(x + reach + 1).min(self.width);
-        rows.flat_map(move |row| {
-            columns
-                .clone()
-                .map(move |column| &self.hits[row * self.width + column])
-        })
-    }
-
-    /// Whether the picture around a pixel shows one smooth surface.
-    fn smooth(&self, pixel: usize) -> bool {
-        let mut depths = self.around(pixel, RIM).map(|hit| hit.map(|hit| hit.depth));
-        let range = depths.try_fold((f64::INFINITY, 0.0_f64), |(low, high), depth| {
-            depth.map(|depth| (low.min(depth), high.max(depth)))
-        });
-        range.is_some_and(|(low, high)| high - low < FOLD)
+            hits,
+        };
+        (camera, exact)
     }
 
     /// How far the picture of a tissue at rest is off, one sample a pixel, and the median time (s) of so many.
@@ -119,8 +82,8 @@ impl Exact {
         let splats = Splats::at_rest(tissue.surfels());
         let colors = vec![Vec3::splat(0.5); tissue.surfels().len()];
         let mut renderer = Renderer::new(RenderSettings {
-            width: self.width as u32,
-            height: self.height as u32,
+            width: self.width,
+            height: self.height,
             samples: 1,
             keep_normals: true,
             ..RenderSettings::default()
@@ -128,38 +91,19 @@ impl Exact {
         let (frame, seconds) = median_time(times, || {
             renderer.draw(&tissue.view(&splats, &colors), &[], camera)
         });
-        (self.compare(&frame, camera), seconds)
+        let found = compare(self.width as usize, &self.hits, &frame.depth, |pixel| {
+            let n = frame.normals[pixel].as_dvec3();
+            camera.right * n.x + camera.up * n.y - camera.forward * n.z
+        });
+        (found, seconds)
     }
+}
 
-    fn compare(&self, frame: &Frame, camera: &Camera) -> Difference {
-        let mut found = Difference::default();
-        let (mut square, mut angle, mut compared) = (0.0, 0.0, 0.0);
-        let mut inside = 0.0;
-        for (pixel, hit) in self.hits.iter().enumerate() {
-            let covered = frame.depth[pixel].is_finite();
-            let beside = |hit: bool| self.around(pixel, 1).any(|near| near.is_some() == hit);
-            match hit {
-                None if covered && !beside(true) => found.strays += 1,
-                Some(_) if !covered && !beside(false) => found.holes += 1,
-                Some(hit) if covered && self.smooth(pixel) => {
-                    square += (f64::from(frame.depth[pixel]) - hit.depth).powi(2);
-                    let n = frame.normals[pixel].as_dvec3();
-                    let n = camera.right * n.x + camera.up * n.y - camera.forward * n.z;
-                    angle += n.dot(hit.normal).clamp(-1.0, 1.0).acos().to_degrees();
-                    compared += 1.0;
-                }
-                _ => {}
-            }
-            if hit.is_some() != covered {
-                found.outline += 1.0;
-            }
-            inside += f64::from(u8::from(hit.is_some()));
-        }
-        found.outline /= f64::max(inside, 1.0);
-        found.depth = (square / f64::max(compared, 1.0)).sqrt();
-        found.normal = angle / f64::max(compared, 1.0);
-        found
-    }
+fn focal(camera: &Camera) -> f64 {
+    let Lens::Perspective { focal } = camera.lens else {
+        unreachable!("the study's camera is one with perspective");
+    };
+    focal
 }
 
 /// Follows a ray by the signed distance.
@@ -177,21 +121,6 @@ fn trace(solid: &Solid, from: DVec3, along: DVec3) -> Option<DVec3> {
     None
 }
 
-/// How far a picture is from the exact one.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Difference {
-    /// Background pixels more than a pixel inside the exact outline.
-    pub(crate) holes: usize,
-    /// Covered pixels more than a pixel outside of it.
-    pub(crate) strays: usize,
-    /// Pixels that only one of the pictures covers, over those that the exact one covers.
-    pub(crate) outline: f64,
-    /// Root mean square error of the depth (m) away from edges.
-    pub(crate) depth: f64,
-    /// Mean angle (degrees) between normals away from edges.
-    pub(crate) normal: f64,
-}
-
 /// How far disks stand out over the outline (pixels): those that are drawn, and at the least those of
 /// the tissue's number that cover its area.
 ///
@@ -199,9 +128,6 @@ pub(crate) struct Difference {
 /// centre of curvature. No plane is covered by fewer disks than in the hexagonal arrangement, each of
 /// which covers 3√3/2 r² alone.
 fn standing_out(tissue: &Tissue, area: f64, camera: &Camera, height: u32) -> [f64; 2] {
-    let Lens::Perspective { focal } = camera.lens else {
-        unreachable!("the study's camera is one with perspective");
-    };
     let surfels = tissue.surfels();
     let least = (2.0 * area / (27.0_f64.sqrt() * surfels.len().max(1) as f64)).sqrt();
     let mut most = [0.0_f64; 2];
@@ -212,7 +138,7 @@ fn standing_out(tissue: &Tissue, area: f64, camera: &Camera, height: u32) -> [f6
         }
         let round = 1.0 / curvature;
         let away = (surfels.positions[i] - camera.eye).dot(camera.forward);
-        let per_metre = focal * f64::from(height) / away;
+        let per_metre = focal(camera) * f64::from(height) / away;
         for (most, radius) in most.iter_mut().zip([surfels.radii[i], least]) {
             *most = most.max((round.hypot(radius) - round) * per_metre);
         }
@@ -261,8 +187,6 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
         (&[1_000, 5_000], 320, 240),
     );
     let mut rows = Vec::new();
-    // Of each rule surfels, time of a picture, errors of normals, depth and outline.
-    let mut of_ball: Vec<(&str, [f64; 5])> = Vec::new();
     for (body, solid) in bodies() {
         let (camera, exact) = Exact::framed(&solid, width, height);
         let mesh = surface_mesh(&solid, 0.06)?;
@@ -288,32 +212,9 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
                     drawn,
                     least
                 ]);
-                if body == "ball" {
-                    let n = surfels.positions.len() as f64;
-                    let errors = [found.normal, 1e3 * found.depth, 100.0 * found.outline];
-                    of_ball.push((rule, [n, 1e3 * seconds, errors[0], errors[1], errors[2]]));
-                }
             }
         }
     }
-    // Columns of the ball's rows.
-    let lines = |x: usize, y: usize| {
-        let mut lines = Vec::new();
-        for (rule, found) in &of_ball {
-            add_point(&mut lines, rule, (found[x], found[y]));
-        }
-        lines
-    };
-    let plots = plots![
-        "normal" "Ball: error of the normals against surfels",
-            log "surfels", log "mean angle between normals (degrees)" => lines(0, 2);
-        "depth" "Ball: error of the depth against surfels",
-            log "surfels", log "RMS error of the depth (mm)" => lines(0, 3);
-        "outline" "Ball: error of the outline against surfels",
-            log "surfels", log "pixels covered by one picture only (%), none not shown" => lines(0, 4);
-        "time" "Ball: error of the normals against the time of a picture",
-            linear "time of a picture (ms)", log "mean angle between normals (degrees)" => lines(1, 2);
-    ];
     let table = Table::new(
         "rules",
         "Pictures of splats against exact ones",
@@ -322,6 +223,21 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
          at least (pixels)",
         rows,
     );
+    let mut ball = table.clone();
+    ball.rows.retain(|row| row[0].word() == "ball");
+    let lines = |x, y| ball.lines("radii", x, y);
+    let plots = plots![
+        "normal" "Ball: error of the normals against surfels",
+            log "surfels", log "mean angle between normals (degrees)" => lines("surfels", "normal");
+        "depth" "Ball: error of the depth against surfels",
+            log "surfels", log "RMS error of the depth (mm)" => lines("surfels", "depth");
+        "outline" "Ball: error of the outline against surfels",
+            log "surfels",
+            log "pixels covered by one picture only (%), none not shown" => lines("surfels", "outline");
+        "time" "Ball: error of the normals against the time of a picture",
+            linear "time of a picture (ms)",
+            log "mean angle between normals (degrees)" => lines("picture", "normal");
+    ];
     Ok(Report::new(
         &[
             &format!(

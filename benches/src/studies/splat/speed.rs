@@ -7,6 +7,7 @@ use phyxel_splat::{
 
 use crate::report::{Cell, Table, median_time, row};
 use crate::{Effort, StudyError};
+use testkit::cloud::golden_sphere;
 
 /// Radius of the ball (m).
 const RADIUS: f64 = 0.1;
@@ -19,19 +20,10 @@ pub(super) type Samples = (Vec<DVec3>, Vec<DVec3>, Vec<f64>);
 
 /// Evenly spread samples of the ball, on a golden spiral.
 pub(super) fn ball(count: u32) -> Samples {
-    let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
     let area = 4.0 * std::f64::consts::PI * RADIUS * RADIUS / f64::from(count);
-    let mut samples = Samples::default();
-    for i in 0..count {
-        let y = 1.0 - 2.0 * (f64::from(i) + 0.5) / f64::from(count);
-        let (sine, cosine) = (golden * f64::from(i)).sin_cos();
-        let ring = (1.0 - y * y).sqrt();
-        let out = DVec3::new(ring * cosine, y, ring * sine);
-        samples.0.push(out * RADIUS);
-        samples.1.push(out);
-        samples.2.push(area);
-    }
-    samples
+    let out = golden_sphere(count);
+    let areas = vec![area; out.len()];
+    (out.iter().map(|x| *x * RADIUS).collect(), out, areas)
 }
 
 pub(crate) fn table(effort: Effort) -> Result<Table, StudyError> {

@@ -16,7 +16,8 @@ use crate::package::{Change, Models, packages};
 use crate::share::Share;
 use crate::traffic::{CHANGES, MODELS, STATES};
 use crate::wire::{
-    FRONT, all_fine, broadcast, gather, ranks, received_vectors, send, send_vectors, vectors,
+    FRONT, all_fine, broadcast, gather, gather_kinds, ranks, received_vectors, send, send_vectors,
+    vectors,
 };
 
 impl BodyShares for Front {
@@ -146,16 +147,8 @@ impl BodyShares for Front {
             .iter()
             .map(|counts| counts.map(|count| count as usize))
             .collect();
-        let lengths: Vec<usize> = counts.iter().map(|[a, b]| a + b).collect();
-        let all = gather(&works.concat(), &lengths);
-        let (mut offsets, mut bonds, mut rest) = (0.0, 0.0, &all[..]);
-        for &[carried, bond_count] in &counts {
-            let (these, others) = rest.split_at(carried);
-            offsets = these.iter().fold(offsets, |sum, work| sum + work);
-            let (these, others) = others.split_at(bond_count);
-            bonds = these.iter().fold(bonds, |sum, work| sum + work);
-            rest = others;
-        }
+        let [offsets, bonds] = gather_kinds(&works.concat(), &counts)
+            .map(|works| works.iter().fold(0.0, |sum, work| sum + work));
         self.carried = counts;
         offsets + bonds
     }
@@ -230,20 +223,16 @@ impl BodyShares for Front {
             let before = |end: usize| nodes.partition_point(|node| (*node as usize) < end);
             before(own.end) - before(own.start)
         };
-        let counts: Vec<[usize; 2]> = (0..ranks())
-            .map(|rank| [among(gradients, rank), among(positions, rank)])
-            .collect();
-        let lengths = counts.iter().map(|[rows, ends]| GRADIENT * rows + 3 * ends);
-        let all = gather(&told, &lengths.collect::<Vec<_>>());
-        let (mut found, mut places, mut rest) = (Vec::new(), Vec::new(), &all[..]);
-        for [rows, ends] in counts {
-            let (these, others) = rest.split_at(GRADIENT * rows);
-            found.extend(these.as_chunks().0.iter().map(DMat3::from_cols_array));
-            let (these, others) = others.split_at(3 * ends);
-            places.extend_from_slice(vectors(these));
-            rest = others;
-        }
-        (found, places)
+        let of_rank = |rank| {
+            [
+                GRADIENT * among(gradients, rank),
+                3 * among(positions, rank),
+            ]
+        };
+        let counts: Vec<[usize; 2]> = (0..ranks()).map(of_rank).collect();
+        let [found, places] = gather_kinds(&told, &counts);
+        let found = found.as_chunks().0.iter().map(DMat3::from_cols_array);
+        (found.collect(), vectors(&places).to_vec())
     }
 
     fn keep(&mut self, velocities: &[DVec3]) {

@@ -17,8 +17,7 @@ impl Shares for Front {
             Command::Step(*pass).give();
             let (mine, wire) = self.mine();
             let told = mine.step(pass, wire);
-            let all = self.gather_told(&told, 0);
-            self.hear(&all, 0);
+            self.hear(&told, false);
             return;
         }
         Command::Watched(*pass).give();
@@ -28,7 +27,7 @@ impl Shares for Front {
         mine.set_watched(&velocities, false);
         mine.begin(pass);
         let told = mine.watched(&[mine.motion.positions(), mine.motion.velocities()]);
-        let found = self.gather_watched(&told, 2);
+        let found: [_; 2] = self.gather_watched(&told);
         self.put(&found[0], &mut state.positions);
         self.put(&found[1], &mut state.velocities);
     }
@@ -43,8 +42,8 @@ impl Shares for Front {
         mine.set_watched(&positions, true);
         mine.evaluate(wire);
         let told = mine.watched(&[mine.own_forces()]);
-        let found = self.gather_watched(&told, 1);
-        self.put(&found[0], forces);
+        let [found] = self.gather_watched(&told);
+        self.put(&found, forces);
     }
 
     fn end(
@@ -65,8 +64,7 @@ impl Shares for Front {
             broadcast(&mut numbers);
             let (mine, _) = self.mine();
             let told = mine.end_watched(pass, &numbers);
-            let all = self.gather_told(&told, 2);
-            let found = self.hear(&all, 2);
+            let found = self.hear(&told, true);
             self.put(&found[0], &mut state.velocities);
             self.put(&found[1], viscous);
         }
