@@ -95,6 +95,10 @@ pub struct DeformableState {
     pub forces: Vec<DVec3>,
     /// Where nodes (m) were when pairs were listed; empty before.
     pub listed_at: Vec<DVec3>,
+    /// Samples of which they were listed again, ascending, and where nodes (m) were then; empty if there are none.
+    pub restless: Vec<u32>,
+    /// See `restless`.
+    pub listed_again_at: Vec<DVec3>,
     /// Where nodes (m) were when lists were last found to hold; empty since they were made.
     pub held_at: Vec<DVec3>,
     /// How far (m) they may move from there before that is asked again.
@@ -241,7 +245,7 @@ impl DeformableContact {
         assert!(fits, "a state of {} samples", self.disks.len());
         self.state = state;
         self.between.clear();
-        self.list_pairs(None);
+        self.list();
     }
 
     /// Whether a state is one of these samples on so many nodes. One that comes from a file may not be.
@@ -260,10 +264,17 @@ impl DeformableContact {
         state.bound >= 0.0
             && state.offsets.len() == n
             && state.slips.len() == slips
-            && ([&state.listed_at, &state.held_at, &state.forces].into_iter()).all(|list| {
-                [0, node_count].contains(&list.len()) && list.iter().all(|x| x.is_finite())
-            })
+            && ([
+                &state.listed_at,
+                &state.listed_again_at,
+                &state.held_at,
+                &state.forces,
+            ]
+            .into_iter())
+            .all(|list| [0, node_count].contains(&list.len()) && list.iter().all(|x| x.is_finite()))
             && (state.slips.iter().flatten().chain(&numbers)).all(|x| x.is_finite())
+            && state.restless.iter().all(|sample| (*sample as usize) < n)
+            && (state.restless.is_empty() || state.listed_again_at.len() == state.listed_at.len())
             && (state.offsets.iter()).all(|x| x.is_nan() || x.is_finite())
     }
 
@@ -291,20 +302,20 @@ impl DeformableContact {
             disks.len() >= self.state.offsets.len(),
             "no sample vanishes"
         );
-        let mut is_changed = vec![false; self.state.offsets.len()];
-        is_changed.resize(disks.len(), true);
-        for sample in changed {
-            is_changed[*sample] = true;
-        }
+        let known = self.state.offsets.len();
         self.state.offsets.resize(disks.len(), f64::NAN);
         if self.rubs {
             self.state.slips.resize(disks.len(), [0.0; 2]);
         }
         self.disks = disks;
+        self.renew_blocks();
         if !self.state.listed_at.is_empty() {
-            self.list_pairs(Some(&is_changed));
-            self.state.held_at.clear();
-            self.state.is_bounded = false;
+            let mut is_restless = self.is_restless();
+            is_restless[known..].fill(true);
+            changed
+                .iter()
+                .for_each(|sample| is_restless[*sample] = true);
+            self.list_again(is_restless, &[], positions);
             self.keep_energies(positions);
         }
     }
@@ -337,6 +348,8 @@ impl DeformableContact {
             + size_of_val(&*self.state.offsets)
             + size_of_val(&*self.state.slips)
             + size_of_val(&*self.state.listed_at)
+            + size_of_val(&*self.state.restless)
+            + size_of_val(&*self.state.listed_again_at)
             + size_of_val(&*self.state.forces)
             + size_of_val(&*self.state.held_at)
             + self.blocks.bytes()
@@ -365,7 +378,8 @@ impl DeformableContact {
     /// again; 0 where positions are not finite. Weights count as constant: a pair that fades, nearly a spacing deep, is stiffer
     /// by up to some 25 times.
     fn largest_eigenvalue(&self, masses: &[f64]) -> f64 {
-        let placed = self.place(&self.state.listed_at);
+        let last = [&self.state.listed_at, &self.state.listed_again_at];
+        let placed = self.place(last[usize::from(!self.state.restless.is_empty())]);
         let (mut springs, mut pairs) = (Vec::new(), Vec::new());
         for (point, list) in self
             .points

@@ -1,7 +1,9 @@
 //! How far nodes may move before two samples that no list has as a pair could meet.
 
-use super::disks::{ContactDisks, DiskSample, index};
+use super::CHUNK;
+use super::disks::{ContactDisks, index};
 use glam::{DMat3, DVec3};
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// Radius (spacings) of a block.
@@ -11,20 +13,27 @@ const BY_NODES: f64 = 0.5;
 /// Determinant of a block's inertia, over the cube of its trace, below which nodes do not tell how it turns.
 const LEAST_INERTIA: f64 = 1e-6;
 
-/// Samples of a body near each other, each of which has a node in common with another.
+/// Samples of a body near each other at rest, each of which has a node in common with another.
 #[derive(Debug, Clone)]
 struct Block {
     body: u32,
     samples: Range<usize>,
     nodes: Range<usize>,
+    /// Whether pairs of its samples were listed again since all were.
+    is_restless: bool,
+    /// How much farther than its nodes a sample may move.
+    amplification: f64,
+}
+
+/// A block where pairs were listed.
+#[derive(Debug, Clone)]
+struct Listed {
     /// A sphere (m) around the samples.
     middle: DVec3,
     radius: f64,
     /// Largest of the samples' reaches and thicknesses (m).
     reach: f64,
     thickness: f64,
-    /// How much farther than its nodes a sample may move.
-    amplification: f64,
     /// Mean of the nodes' positions (m), and the inverse of their inertia (1/m²).
     mean: DVec3,
     inverse: DMat3,
@@ -41,34 +50,33 @@ struct Motion {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Blocks {
     blocks: Vec<Block>,
+    /// As all pairs were listed, and as those of restless blocks were.
+    listed: [Vec<Listed>; 2],
     /// Of one block after the other.
     samples: Vec<u32>,
     nodes: Vec<u32>,
 }
 
 impl Blocks {
-    /// Blocks of samples at places (m) and with reaches (m), on nodes at `positions` (m). Those near at rest are together: however
-    /// a body crumples, there are as many.
-    pub(super) fn new(
-        disks: &ContactDisks,
-        (places, reaches): (&[DVec3], &[f64]),
-        positions: &[DVec3],
-        widest: f64,
-    ) -> Self {
+    /// However a body crumples, there are as many.
+    pub(super) fn new(disks: &ContactDisks, widest: f64) -> Self {
         let row = |sample: usize| &disks.nodes[disks.row(sample)];
-        let mut of_node = vec![Vec::new(); positions.len()];
         // What touches nothing is in no block.
-        let is_inert = |sample: &DiskSample| sample.area == 0.0;
-        let samples = disks.samples.iter().take(places.len());
-        let mut is_taken: Vec<bool> = samples.map(is_inert).collect();
-        for (sample, _) in is_taken.iter().enumerate().filter(|(_, taken)| !**taken) {
+        let mut is_taken: Vec<bool> = disks.samples.iter().map(|s| s.area == 0.0).collect();
+        let open = || (0..disks.len()).filter(|sample| disks.samples[*sample].area > 0.0);
+        let count = open()
+            .flat_map(row)
+            .max()
+            .map_or(0, |last| *last as usize + 1);
+        let mut of_node = vec![Vec::new(); count];
+        for sample in open() {
             for node in row(sample) {
                 of_node[*node as usize].push(index(sample));
             }
         }
         let mut all = Self::default();
-        let mut last = vec![usize::MAX; positions.len()];
-        for seed in 0..places.len() {
+        let mut last = vec![usize::MAX; count];
+        for seed in 0..disks.len() {
             if std::mem::replace(&mut is_taken[seed], true) {
                 continue;
             }
@@ -94,94 +102,140 @@ impl Blocks {
                     }
                 }
             }
-            let nodes = first_node..all.nodes.len();
-            let block = all.block(
-                first..all.samples.len(),
-                nodes,
-                disks,
-                (places, reaches, positions),
-            );
-            all.blocks.push(block);
+            let block = all.samples[first..].iter().map(|sample| *sample as usize);
+            let most = |of: &dyn Fn(usize) -> f64| block.clone().map(of).fold(0.0, f64::max);
+            all.blocks.push(Block {
+                body: disks.samples[seed].body,
+                is_restless: false,
+                amplification: most(&|sample| disks.amplification(sample)),
+                samples: first..all.samples.len(),
+                nodes: first_node..all.nodes.len(),
+            });
         }
         all
     }
 
-    fn block(
-        &self,
-        samples: Range<usize>,
-        nodes: Range<usize>,
-        disks: &ContactDisks,
-        (places, reaches, positions): (&[DVec3], &[f64], &[DVec3]),
-    ) -> Block {
-        let all = || (self.samples[samples.clone()].iter()).map(|sample| *sample as usize);
-        let most = |of: &dyn Fn(usize) -> f64| all().map(of).fold(0.0, f64::max);
-        let middle = all().map(|s| places[s]).sum::<DVec3>() / samples.len() as f64;
-        let at = || (self.nodes[nodes.clone()].iter()).map(|node| positions[*node as usize]);
-        let mean = at().sum::<DVec3>() / nodes.len() as f64;
-        let inertia = at().fold(DMat3::ZERO, |sum, x| {
-            let r = x - mean;
-            let outer = DMat3::from_cols(r * r.x, r * r.y, r * r.z);
-            sum + DMat3::from_diagonal(DVec3::splat(r.length_squared())) - outer
-        });
-        let trace = inertia.x_axis.x + inertia.y_axis.y + inertia.z_axis.z;
-        let inverse = if inertia.determinant() > LEAST_INERTIA * trace.powi(3) {
-            inertia.inverse()
-        } else {
-            DMat3::ZERO
-        };
-        Block {
-            body: disks.samples[self.samples[samples.start] as usize].body,
-            middle,
-            radius: most(&|sample| places[sample].distance(middle)),
-            reach: most(&|sample| reaches[sample]),
-            thickness: most(&|sample| disks.thickness[sample].abs()),
-            amplification: most(&|sample| disks.amplification(sample)),
-            mean,
-            inverse,
-            samples,
-            nodes,
+    /// Makes some blocks restless and those with a sample that is, with all their samples, and no others.
+    pub(super) fn rouse(&mut self, blocks: &[usize], is_restless: &mut [bool]) {
+        for (number, block) in self.blocks.iter_mut().enumerate() {
+            let samples = &self.samples[block.samples.clone()];
+            block.is_restless = blocks.contains(&number)
+                || samples.iter().any(|sample| is_restless[*sample as usize]);
+            for sample in samples {
+                is_restless[*sample as usize] = block.is_restless;
+            }
         }
     }
 
-    /// How far (m) each node may move from `positions` before lists that were made where nodes were `from` lack a pair that meets;
-    /// negative if they may do so by now.
+    /// Takes over places (m) and reaches (m) of samples, on nodes at `positions` (m), where pairs are listed.
+    pub(super) fn list(
+        &mut self,
+        again: bool,
+        disks: &ContactDisks,
+        (places, reaches): (&[DVec3], &[f64]),
+        positions: &[DVec3],
+    ) {
+        let list = |block: &Block| {
+            let all = || self.samples(block);
+            let most = |of: &dyn Fn(usize) -> f64| all().map(of).fold(0.0, f64::max);
+            let middle = all().map(|s| places[s]).sum::<DVec3>() / block.samples.len() as f64;
+            let at =
+                || (self.nodes[block.nodes.clone()].iter()).map(|node| positions[*node as usize]);
+            let mean = at().sum::<DVec3>() / block.nodes.len() as f64;
+            let inertia = at().fold(DMat3::ZERO, |sum, x| {
+                let r = x - mean;
+                let outer = DMat3::from_cols(r * r.x, r * r.y, r * r.z);
+                sum + DMat3::from_diagonal(DVec3::splat(r.length_squared())) - outer
+            });
+            let trace = inertia.x_axis.x + inertia.y_axis.y + inertia.z_axis.z;
+            let inverse = if inertia.determinant() > LEAST_INERTIA * trace.powi(3) {
+                inertia.inverse()
+            } else {
+                DMat3::ZERO
+            };
+            Listed {
+                middle,
+                radius: most(&|sample| places[sample].distance(middle)),
+                reach: most(&|sample| reaches[sample]),
+                thickness: most(&|sample| disks.thickness[sample].abs()),
+                mean,
+                inverse,
+            }
+        };
+        let listed = self.blocks.iter().map(list).collect();
+        if again {
+            self.listed[1] = listed;
+        } else {
+            self.listed = [listed, Vec::new()];
+        }
+    }
+
+    fn samples(&self, block: &Block) -> impl Iterator<Item = usize> + use<'_> {
+        let samples = &self.samples[block.samples.clone()];
+        samples.iter().map(|sample| *sample as usize)
+    }
+
+    /// How far (m) each node may move from `positions` before lists lack a pair that meets, negative if they may do so by now, and
+    /// blocks to be listed again then. Nodes were `from` where all pairs were listed, and where those of restless blocks were.
     ///
     /// Displacements `a + ω × r` bring no two points nearer to each other, so blocks that turn together have all the room.
     pub(super) fn room_left(
         &self,
-        (disks, from): (&ContactDisks, &[DVec3]),
+        (disks, from): (&ContactDisks, [&[DVec3]; 2]),
         positions: &[DVec3],
         (margin, far, may_meet): (f64, impl Fn(f64, f64) -> f64, impl Fn(u32, u32) -> bool),
-    ) -> f64 {
-        let motions: Vec<Motion> = (self.blocks.iter())
-            .map(|block| self.motion(block, (disks, from), positions, margin))
-            .collect();
-        let mut room = f64::MAX;
-        for (number, (block, own)) in self.blocks.iter().zip(&motions).enumerate() {
-            for (other, its) in self.blocks.iter().zip(&motions).take(number + 1) {
+    ) -> (f64, Vec<usize>) {
+        let motions = [0, 1].map(|which| -> Vec<Motion> {
+            let listed = self.blocks.par_iter().zip(&self.listed[which]);
+            let motion = |block| self.motion(block, (disks, from[which]), positions, margin);
+            listed.with_min_len(CHUNK).map(motion).collect()
+        });
+        // How far (m) no sample has come from where it was listed.
+        let way = |motion: &Motion, at: &Listed| {
+            motion.off + motion.drift.length() + motion.turn.length() * at.radius
+        };
+        let (mut room, mut spent) = (f64::MAX, Vec::new());
+        for (number, block) in self.blocks.iter().enumerate() {
+            for (second, other) in self.blocks[..=number].iter().enumerate() {
                 if !may_meet(block.body, other.body) {
                     continue;
                 }
-                let (arm, by) = (other.middle - block.middle, its.drift - own.drift);
+                let is_restless = block.is_restless || other.is_restless;
+                let (listed, motions) = if is_restless {
+                    (&self.listed[1], &motions[1])
+                } else {
+                    (&self.listed[0], &motions[0])
+                };
+                let [at, there] = [&listed[number], &listed[second]];
+                let [own, its] = [&motions[number], &motions[second]];
+                let arm = there.middle - at.middle;
+                let far = far(at.reach.max(there.reach), at.thickness + there.thickness);
+                let apart = arm.length() - at.radius - there.radius - far;
+                let has = margin + apart.max(0.0);
+                let amplification = block.amplification + other.amplification;
+                let far_enough = has - way(own, at) - way(its, there);
+                if far_enough >= room.max(0.0) * amplification {
+                    continue;
+                }
+                let by = its.drift - own.drift;
                 let turned = (its.turn - own.turn).length();
                 // Either may be the one that the other moves against.
-                let against = ((by - own.turn.cross(arm)).length() + turned * other.radius)
-                    .min((by - its.turn.cross(arm)).length() + turned * block.radius);
-                let far = far(
-                    block.reach.max(other.reach),
-                    block.thickness + other.thickness,
-                );
-                let apart = arm.length() - block.radius - other.radius - far;
-                let left = margin + apart.max(0.0) - own.off - its.off - against;
-                room = room.min(left / (block.amplification + other.amplification));
+                let against = ((by - own.turn.cross(arm)).length() + turned * there.radius)
+                    .min((by - its.turn.cross(arm)).length() + turned * at.radius);
+                let left = far_enough.max(has - own.off - its.off - against);
+                room = room.min(left / amplification);
+                if left < 0.0 && !is_restless {
+                    let is_its = way(own, at) < way(its, there);
+                    spent.push(if is_its { second } else { number });
+                }
             }
         }
-        room
+        (room, spent)
     }
 
     fn motion(
         &self,
-        block: &Block,
+        (block, at): (&Block, &Listed),
         (disks, from): (&ContactDisks, &[DVec3]),
         positions: &[DVec3],
         margin: f64,
@@ -190,23 +244,23 @@ impl Blocks {
         let moves = || {
             nodes.iter().map(|&node| {
                 let x = from[node as usize];
-                (x - block.mean, positions[node as usize] - x)
+                (x - at.mean, positions[node as usize] - x)
             })
         };
         let zero = (DVec3::ZERO, DVec3::ZERO);
         let sum = moves().fold(zero, |sum, (r, u)| (sum.0 + u, sum.1 + r.cross(u)));
-        let (drift, turn) = (sum.0 / nodes.len() as f64, block.inverse * sum.1);
+        let (drift, turn) = (sum.0 / nodes.len() as f64, at.inverse * sum.1);
         let off = |(r, u): (DVec3, DVec3)| (u - drift - turn.cross(r)).length_squared();
         let most = moves().map(off).fold(0.0, f64::max).sqrt();
         let mut motion = Motion {
-            drift: drift + turn.cross(block.middle - block.mean),
+            drift: drift + turn.cross(at.middle - at.mean),
             turn,
             off: block.amplification * most,
         };
         if motion.off > BY_NODES * 0.5 * margin {
-            let of_sample = self.samples[block.samples.clone()].iter().map(|&sample| {
-                let [x, now] = [from, positions].map(|x| disks.gather(sample as usize, x).0);
-                off((x - block.mean, now - x))
+            let of_sample = self.samples(block).map(|sample| {
+                let [x, now] = [from, positions].map(|x| disks.gather(sample, x).0);
+                off((x - at.mean, now - x))
             });
             motion.off = of_sample.fold(0.0, f64::max).sqrt();
         }
@@ -214,6 +268,10 @@ impl Blocks {
     }
 
     pub(super) fn bytes(&self) -> usize {
-        size_of_val(&*self.blocks) + size_of_val(&*self.samples) + size_of_val(&*self.nodes)
+        size_of_val(&*self.blocks)
+            + size_of_val(&*self.listed[0])
+            + size_of_val(&*self.listed[1])
+            + size_of_val(&*self.samples)
+            + size_of_val(&*self.nodes)
     }
 }
