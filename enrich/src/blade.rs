@@ -65,8 +65,8 @@ pub struct DeformedBody<'a> {
     pub inside: &'a (dyn Fn(DVec3) -> bool + Sync),
     /// Map from the world to the material.
     pub preimage: &'a MaterialPlace<'a>,
-    /// Node nearest to a world point (m).
-    pub nearest: &'a (dyn Fn(DVec3) -> u32 + Sync),
+    /// Node nearest to a world point (m), if one is no farther than a distance (m).
+    pub nearest: &'a (dyn Fn(DVec3, f64) -> Option<u32> + Sync),
     /// Whether a directed pair is known to be crossed by the cut.
     pub known: &'a (dyn Fn(usize) -> bool + Sync),
 }
@@ -298,8 +298,9 @@ impl DeformedBody<'_> {
     fn place(&self, from: DVec3, to: DVec3, cuts: &Cuts) -> EdgePlace {
         let seen = |node: u32, point: DVec3| !cuts.crosses(self.rest[node as usize], point);
         let Some((at, jacobian)) = (self.preimage)(to, &seen) else {
-            let node = (self.nearest)(to) as usize;
-            let near = self.present.positions[node].distance(to) < self.spacing;
+            let nearest = (self.nearest)(to, self.spacing);
+            let away = |node: u32| self.present.positions[node as usize].distance(to);
+            let near = nearest.is_some_and(|node| away(node) < self.spacing);
             return if near { EdgePlace::Gap } else { EdgePlace::Air };
         };
         if (self.inside)(at) {
@@ -313,8 +314,10 @@ impl DeformedBody<'_> {
     /// Nodes that move a position of the edge with them: those of the nearest node's row, itself included, that are
     /// no farther than [`CARRYING`] spacings, on both sides of a cut. None in the air.
     fn around(&self, at: DVec3) -> Vec<u32> {
-        let (nearest, positions) = ((self.nearest)(at), self.present.positions);
-        let reach = CARRYING * self.spacing;
+        let (positions, reach) = (self.present.positions, CARRYING * self.spacing);
+        let Some(nearest) = (self.nearest)(at, reach) else {
+            return Vec::new();
+        };
         let row = self.present.row(nearest as usize).iter().copied();
         row.chain([nearest])
             .filter(|&node| positions[node as usize].distance(at) < reach)
@@ -387,7 +390,10 @@ mod tests {
                     let found = inside(world) && seen(nearest(world), world);
                     found.then_some((world, DMat3::IDENTITY))
                 },
-                nearest: &nearest,
+                nearest: &|world, reach| {
+                    let found = Some(nearest(world));
+                    found.filter(|node| nodes[*node as usize].distance(world) <= reach)
+                },
                 known: &|_| false,
             };
             let edge = |y: f64| [DVec3::new(0.4, y, -5.0), DVec3::new(0.4, y, 5.0)];

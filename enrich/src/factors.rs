@@ -298,38 +298,40 @@ impl PairFactors {
         };
         let x = graph.positions;
         let reach_of_all = all.grown(self.span);
-        let near = (0..x.len()).filter(|&i| reach_of_all.contains(x[i]));
-        for i in near {
-            for (triangle, bounds) in new.clone().zip(&bounds) {
-                if bounds.distance(x[i]) > self.span {
+        let mut beside: Vec<(usize, &Bounds)> = Vec::new();
+        for i in (0..x.len()).filter(|&i| reach_of_all.contains(x[i])) {
+            let triangles = new.clone().zip(&bounds);
+            beside.clear();
+            beside.extend(triangles.filter(|(_, bounds)| bounds.distance(x[i]) <= self.span));
+            if beside.is_empty() {
+                continue;
+            }
+            let mut crossed = self.crossed_in(graph, i).peekable();
+            for pair in graph.pairs(i) {
+                let known = crossed.next_if(|&(known, _)| known == pair);
+                let j = graph.indices[pair] as usize;
+                if j < i {
                     continue;
                 }
-                let mut crossed = self.crossed_in(graph, i).peekable();
-                for pair in graph.pairs(i) {
-                    let known = crossed.next_if(|&(known, _)| known == pair);
-                    let j = graph.indices[pair] as usize;
-                    if j < i {
-                        continue;
+                let look = match known {
+                    None => {
+                        let ends = Bounds::of(&[x[i], x[j]]);
+                        beside.iter().any(|&(triangle, bounds)| {
+                            ends.meets(bounds) && cut.triangle_crosses(triangle, x[i], x[j])
+                        })
                     }
-                    let look = match known {
-                        None => {
-                            Bounds::of(&[x[i], x[j]]).meets(bounds)
-                                && cut.triangle_crosses(triangle, x[i], x[j])
-                        }
-                        Some((_, factor)) => {
-                            factor > 0.0
-                                && bounds.distance(x[i].midpoint(x[j]))
-                                    <= Rule::MARGIN * reach.of_pair(graph, i, j)
-                        }
-                    };
-                    if look {
-                        candidates.push((index32(i), index32(pair)));
+                    Some((_, factor)) if factor > 0.0 => {
+                        let around = Rule::MARGIN * reach.of_pair(graph, i, j);
+                        let middle = x[i].midpoint(x[j]);
+                        (beside.iter()).any(|(_, bounds)| bounds.distance(middle) <= around)
                     }
+                    Some(_) => false,
+                };
+                if look {
+                    candidates.push((index32(i), index32(pair)));
                 }
             }
         }
-        candidates.sort_unstable_by_key(|&(_, pair)| pair);
-        candidates.dedup();
         candidates
     }
 }

@@ -181,7 +181,7 @@ impl Cloud {
         if !x.is_finite() {
             return;
         }
-        nodes.extend(self.tree.near(x, 0.0).filter(|&node| {
+        nodes.extend(self.tree.around(x).filter(|&node| {
             let node = node as usize;
             (x - self.points[node]).length() < self.support_radii[node]
         }));

@@ -14,7 +14,7 @@ use glam::DVec3;
 
 use crate::error::{CloudError, MapError};
 use crate::neighborhoods::Neighborhoods;
-use crate::search::{BallTree, check, positive};
+use crate::search::{PointRuns, positive};
 pub use frame::{MapFrame, Preimage};
 
 /// Connection to the start node is followed through nodes whose support, enlarged by this factor,
@@ -50,12 +50,14 @@ pub struct MaterialMap {
     support_radii: Vec<f64>,
     neighborhoods: Neighborhoods,
     severed: Vec<bool>,
-    /// Supports enlarged by [`ENLARGED`].
-    supports: BallTree,
+    /// The largest of the support radii.
+    reach: f64,
+    /// Around the rest positions.
+    runs: PointRuns,
 }
 
 impl MaterialMap {
-    /// Heap bytes held, but for the search tree's, which takes some 80 a node more.
+    /// Heap bytes held, but for the boxes around runs of nodes, which take a byte a node more.
     #[must_use]
     pub fn bytes(&self) -> usize {
         size_of_val(&*self.rest_positions)
@@ -89,13 +91,13 @@ impl MaterialMap {
         for &radius in support_radii {
             positive("a support radius", radius)?;
         }
-        check(rest_positions)?;
         Ok(Self {
             rest_positions: rest_positions.to_vec(),
             support_radii: support_radii.to_vec(),
             neighborhoods: neighborhoods.clone(),
             severed: vec![false; neighborhoods.pair_count()],
-            supports: BallTree::new(rest_positions, support_radii.iter().map(|h| h * ENLARGED)),
+            reach: support_radii.iter().copied().fold(0.0, f64::max),
+            runs: PointRuns::new(rest_positions)?,
         })
     }
 

@@ -2,6 +2,7 @@
 //! of points for few.
 
 use std::cmp::Ordering;
+use std::ops::Range;
 
 use glam::DVec3;
 use rstar::primitives::{GeomWithData, Rectangle};
@@ -130,6 +131,7 @@ impl PointTree {
 /// consecutive points are far from each other it looks at every point; the answer is exact in any order.
 #[derive(Debug, Clone)]
 pub(crate) struct PointRuns {
+    count: usize,
     boxes: Vec<[DVec3; 2]>,
     /// Around every [`GROUP`] of them.
     groups: Vec<[DVec3; 2]>,
@@ -171,15 +173,39 @@ impl PointRuns {
             boxes.fold(none, |[low, high], [a, b]| [low.min(*a), high.max(*b)])
         };
         let groups = boxes.chunks(GROUP).map(join).collect();
-        Ok(Self { boxes, groups })
+        Ok(Self {
+            count: points.len(),
+            boxes,
+            groups,
+        })
     }
 
-    /// The `count` nearest points with squared distances; equal distances are ordered by index, also
-    /// across the limit. `points` are those of the start.
+    /// Points of a run.
+    fn points_of(&self, run: usize) -> Range<usize> {
+        run * RUN..self.count.min((run + 1) * RUN)
+    }
+
+    /// Runs of a group.
+    fn runs_of(&self, group: usize) -> Range<usize> {
+        group * GROUP..self.boxes.len().min((group + 1) * GROUP)
+    }
+
+    /// Points of the runs whose boxes are no farther than `reach` from a point, ascending.
+    pub(crate) fn near(&self, at: DVec3, reach: f64) -> impl Iterator<Item = Range<usize>> + '_ {
+        let is_near = move |around: &[DVec3; 2]| away(around, at) <= reach * reach;
+        let groups = (0..self.groups.len()).filter(move |&group| is_near(&self.groups[group]));
+        let runs = groups.flat_map(|group| self.runs_of(group));
+        let runs = runs.filter(move |&run| is_near(&self.boxes[run]));
+        runs.map(|run| self.points_of(run))
+    }
+
+    /// The `count` nearest points no farther than `reach`, with squared distances; equal distances are ordered by
+    /// index, also across the limit. `points` are those of the start.
     pub(crate) fn nearest_into(
         &self,
         points: &[DVec3],
         at: DVec3,
+        reach: f64,
         count: usize,
         out: &mut Vec<(f64, u32)>,
     ) {
@@ -187,32 +213,32 @@ impl PointRuns {
         let Some(first_group) = nearest_box(&self.groups, at) else {
             return;
         };
-        let runs = |group: usize| group * GROUP..self.boxes.len().min((group + 1) * GROUP);
-        let first = runs(first_group).start
-            + nearest_box(&self.boxes[runs(first_group)], at).unwrap_or_default();
+        let runs = self.runs_of(first_group);
+        let first = runs.start + nearest_box(&self.boxes[runs], at).unwrap_or_default();
         // The nearest box first: what it holds rules most others out.
-        let mut farthest = f64::INFINITY;
+        let mut farthest = reach * reach;
         let mut look = |run: usize, farthest: &mut f64| {
-            let start = run * RUN;
-            let end = (start + RUN).min(points.len());
-            for (node, x) in (start..end).zip(&points[start..end]) {
-                let squared = (*x - at).length_squared();
-                if squared <= *farthest {
-                    out.push((squared, to_u32(node)));
+            for node in self.points_of(run) {
+                let found = ((points[node] - at).length_squared(), to_u32(node));
+                if found.0 > *farthest {
+                    continue;
+                }
+                let place = out.partition_point(|other| nearer(other, &found).is_lt());
+                out.insert(place, found);
+                out.truncate(count);
+                if out.len() == count {
+                    *farthest = out[count - 1].0;
                 }
             }
-            out.sort_unstable_by(nearer);
-            out.truncate(count);
-            if out.len() == count {
-                *farthest = out.last().map_or(*farthest, |last| last.0);
-            }
         };
-        look(first, &mut farthest);
+        if away(&self.boxes[first], at) <= farthest {
+            look(first, &mut farthest);
+        }
         for (group, around) in self.groups.iter().enumerate() {
             if away(around, at) > farthest {
                 continue;
             }
-            for run in runs(group) {
+            for run in self.runs_of(group) {
                 if run != first && away(&self.boxes[run], at) <= farthest {
                     look(run, &mut farthest);
                 }
@@ -241,11 +267,11 @@ impl BallTree {
         }
     }
 
-    /// Balls whose boxes touch the box of half width `half` at a point, in no particular order.
-    pub(crate) fn near(&self, at: DVec3, half: f64) -> impl Iterator<Item = u32> + '_ {
-        let corners = [at - half, at + half].map(|corner| corner.to_array());
+    /// Balls whose boxes hold a point, in no particular order.
+    pub(crate) fn around(&self, at: DVec3) -> impl Iterator<Item = u32> + '_ {
+        let point = AABB::from_point(at.to_array());
         self.tree
-            .locate_in_envelope_intersecting(AABB::from_corners(corners[0], corners[1]))
+            .locate_in_envelope_intersecting(point)
             .map(|ball| ball.data)
     }
 }

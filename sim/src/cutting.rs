@@ -314,7 +314,7 @@ impl Cutting {
                 let found = frame.preimage(world, LEAST_VOLUME, seen)?;
                 Some((found.position, found.jacobian))
             },
-            nearest: &|world| frame.nearest_node(world),
+            nearest: &|world, reach| frame.nearest_node(world, reach),
             known: &|pair| self.factors.factor(pair) < 1.0,
         };
         let ends = phase == StrokePhase::End;

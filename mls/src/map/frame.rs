@@ -2,9 +2,10 @@
 
 use glam::{DMat3, DVec3};
 
-use super::MaterialMap;
+use super::{ENLARGED, MaterialMap};
 use crate::error::MapError;
 use crate::kernel::{kernel, kernel_slope};
+use crate::parallel::to_u32;
 use crate::search::PointRuns;
 use crate::symmetric::outer;
 
@@ -83,13 +84,13 @@ impl MaterialMap {
 }
 
 impl MapFrame<'_> {
-    /// Node nearest to a world point, the one of lower index at equal distance.
+    /// Node nearest to a world point (m), the one of lower index at equal distance, if one is no farther than `reach` (m).
     #[must_use]
-    pub fn nearest_node(&self, world: DVec3) -> u32 {
+    pub fn nearest_node(&self, world: DVec3, reach: f64) -> Option<u32> {
         let mut buffer = Vec::with_capacity(2);
         self.runs
-            .nearest_into(self.positions, world, 1, &mut buffer);
-        buffer[0].1
+            .nearest_into(self.positions, world, reach, 1, &mut buffer);
+        buffer.first().map(|&(_, node)| node)
     }
 
     /// Material point of a world point (m) where tissue is: Newton's method on `X + u(X) − x = 0` from
@@ -120,7 +121,7 @@ impl MapFrame<'_> {
         assert!(world.is_finite(), "the asked world point must be finite");
         let mut near = Vec::with_capacity(2 * STARTS);
         self.runs
-            .nearest_into(self.positions, world, STARTS, &mut near);
+            .nearest_into(self.positions, world, self.map.reach, STARTS, &mut near);
         let starts = near.iter().filter(|&&(squared, node)| {
             let radius = self.map.support_radii[node as usize];
             squared <= radius * radius && self.gradients[node as usize].determinant() >= least
@@ -151,41 +152,48 @@ impl MapFrame<'_> {
     /// reaches over pairs that are not severed, through nodes near the point. Ascending.
     pub(super) fn connected(&self, material: DVec3, slack: f64, start: u32) -> Vec<u32> {
         let map = self.map;
-        let mut near: Vec<u32> = map.supports.near(material, slack).collect();
-        near.sort_unstable();
-        let covers = |node: u32| {
-            let radius = map.support_radii[node as usize] + slack;
-            (material - map.rest_positions[node as usize]).length_squared() < radius * radius
-        };
-        let wanted: Vec<bool> = near.iter().map(|&node| covers(node)).collect();
-        let mut missing = wanted.iter().filter(|&&w| w).count();
-        let mut reached = vec![false; near.len()];
-        let mut queue = Vec::with_capacity(near.len());
-        let mut next = 0;
-        if let Ok(slot) = near.binary_search(&start) {
-            reached[slot] = true;
-            missing -= usize::from(wanted[slot]);
-            queue.push(start);
+        let mut marks = Marks::new(map.rest_positions.len());
+        let mut missing = 0;
+        for node in map.runs.near(material, map.reach + slack).flatten() {
+            let radius = map.support_radii[node] + slack;
+            if (material - map.rest_positions[node]).length_squared() < radius * radius {
+                *marks.of(node) = WANTED;
+                missing += 1;
+            }
         }
+        let is_near = |node: usize| {
+            let (x, radius) = (map.rest_positions[node], map.support_radii[node] * ENLARGED);
+            let (low, high) = (material - slack, material + slack);
+            (x - radius).cmple(high).all() && (x + radius).cmpge(low).all()
+        };
+        let mut reached = Vec::new();
+        let mut come = |node: u32, reached: &mut Vec<u32>| {
+            let mark = marks.of(node as usize);
+            if *mark & TRIED == 0 {
+                *mark |= TRIED;
+                if is_near(node as usize) {
+                    missing -= usize::from(*mark & WANTED);
+                    reached.push(node);
+                }
+            }
+            missing
+        };
+        let mut left = come(start, &mut reached);
+        let mut next = 0;
         // Near nodes come first, so the walk ends early where nothing is severed.
-        while next < queue.len() && missing > 0 {
-            let node = queue[next] as usize;
+        while next < reached.len() && left > 0 {
+            let node = reached[next] as usize;
             next += 1;
             let neighbors = map.neighborhoods.row(node);
             for (pair, &other) in map.neighborhoods.pairs(node).zip(neighbors) {
-                if !map.severed[pair]
-                    && let Ok(slot) = near.binary_search(&other)
-                    && !reached[slot]
-                {
-                    reached[slot] = true;
-                    missing -= usize::from(wanted[slot]);
-                    queue.push(other);
+                if !map.severed[pair] {
+                    left = come(other, &mut reached);
                 }
             }
         }
-        let mut keep = wanted.into_iter().zip(reached);
-        near.retain(|_| keep.next() == Some((true, true)));
-        near
+        reached.retain(|&node| *marks.of(node as usize) & WANTED != 0);
+        reached.sort_unstable();
+        reached
     }
 
     /// Forward map and its Jacobian over some nodes; `None` if their weights vanish.
@@ -282,6 +290,39 @@ impl MapFrame<'_> {
             }
         }
         None
+    }
+}
+
+/// A node whose support holds the point that is asked for.
+const WANTED: u8 = 1;
+/// A node that the walk has come to.
+const TRIED: u8 = 2;
+
+/// Marks of nodes, few of which are used.
+struct Marks {
+    /// Where those of each run of nodes begin; `u32::MAX` while none is used.
+    first: Vec<u32>,
+    marks: Vec<u8>,
+}
+
+impl Marks {
+    /// Nodes in a run.
+    const RUN: usize = 64;
+
+    fn new(nodes: usize) -> Self {
+        Self {
+            first: vec![u32::MAX; nodes.div_ceil(Self::RUN)],
+            marks: Vec::new(),
+        }
+    }
+
+    fn of(&mut self, node: usize) -> &mut u8 {
+        let first = &mut self.first[node / Self::RUN];
+        if *first == u32::MAX {
+            *first = to_u32(self.marks.len());
+            self.marks.resize(self.marks.len() + Self::RUN, 0);
+        }
+        &mut self.marks[*first as usize + node % Self::RUN]
     }
 }
 

@@ -104,7 +104,7 @@ fn preimage_inverts_every_deformation() {
         let frame = body.map.frame(&moved, &gradients).unwrap();
         for _ in 0..200 {
             let material = DVec3::splat(0.5) + random.vector(0.46);
-            let start = frame.nearest_node(motion(material));
+            let start = frame.nearest_node(motion(material), 1.0).unwrap();
             let nodes = frame.connected(material, 0.0, start);
             let world = frame.forward(material, &nodes).unwrap().position;
             let found = frame.preimage(world, 0.1, &anywhere).unwrap();
@@ -190,7 +190,7 @@ fn jacobian_is_the_derivative_of_the_forward_map() {
     let frame = body.map.frame(&moved, &gradients).unwrap();
     let x = DVec3::new(0.41, 0.53, 0.47);
     let d = DVec3::new(0.3, -0.7, 0.5);
-    let nodes = frame.connected(x, 0.01, frame.nearest_node(motion(x)));
+    let nodes = frame.connected(x, 0.01, frame.nearest_node(motion(x), 1.0).unwrap());
     let slope = (frame.forward(x, &nodes).unwrap().jacobian * d).dot(DVec3::ONE);
     let forward = |x: DVec3| frame.forward(x, &nodes).unwrap().position;
     let along = |t: f64| forward(x + d * t).dot(DVec3::ONE);
@@ -293,7 +293,7 @@ fn connected_nodes_equal_the_plain_search() {
     let mut random = cloud::Random::new(2);
     for _ in 0..60 {
         let x = DVec3::splat(0.5) + random.vector(0.45);
-        let start = frame.nearest_node(x);
+        let start = frame.nearest_node(x, 1.0).unwrap();
         let holds = |node: u32, factor: f64| {
             let h = map.support_radii[node as usize] * factor;
             (x - body.points[node as usize]).abs().max_element() <= h

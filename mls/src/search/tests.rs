@@ -134,7 +134,6 @@ proptest! {
         let runs = PointRuns::new(&points).unwrap();
         let mut found = Vec::new();
         for at in [points[0], DVec3::new(4.3, 4.1, 2.2), DVec3::new(-7.0, 20.0, 1.0)] {
-            runs.nearest_into(&points, at, count, &mut found);
             let mut all: Vec<(f64, u32)> = points
                 .iter()
                 .enumerate()
@@ -142,7 +141,11 @@ proptest! {
                 .collect();
             all.sort_by(nearer);
             all.truncate(count);
-            prop_assert_eq!(&found, &all);
+            for reach in [f64::INFINITY, 3.0] {
+                all.retain(|&(squared, _)| squared <= reach * reach);
+                runs.nearest_into(&points, at, reach, count, &mut found);
+                prop_assert_eq!(&found, &all);
+            }
         }
     }
 }
