@@ -79,6 +79,16 @@ fn cells_find_all_and_a_fallen_piece_costs_nothing() {
     assert!(asked.iter().all(|asked| *asked < 2 * first), "{asked:?}");
 }
 
+/// Pairs that lists have and that act with nodes at `x`.
+fn pairs(contact: &DeformableContact, x: &[DVec3]) -> Vec<(usize, u32)> {
+    let mut found = Vec::new();
+    contact.each_point(&contact.place(x), false, |point, pairs| {
+        let others = pairs.iter().map(|pair| contact.near[pair.slot as usize]);
+        found.extend(others.map(|other| (point, other)));
+    });
+    found
+}
+
 /// What moves and turns as a whole is listed once.
 #[test]
 fn what_turns_together_is_listed_once() {
@@ -117,18 +127,7 @@ fn what_is_apart_is_listed_once() {
             brute.state.listed_at.clear();
             brute.margin = 1e3;
             brute.update_lists(&x);
-            let near = |contact: &DeformableContact| {
-                let mut found = Vec::new();
-                contact.each_point(&contact.place(&x), false, |point, pairs| {
-                    found.extend(
-                        pairs
-                            .iter()
-                            .map(|pair| (point, contact.near[pair.slot as usize])),
-                    );
-                });
-                found
-            };
-            assert_eq!(near(&contact), near(&brute), "at {height}");
+            assert_eq!(pairs(&contact, &x), pairs(&brute, &x), "at {height}");
         }
     }
     let [off, back] = lists;
@@ -218,15 +217,7 @@ fn blocks_that_swing_alone_are_listed_again() {
         brute.state.listed_at.clear();
         brute.margin = 1.5;
         brute.update_lists(&x);
-        let pairs = |contact: &DeformableContact| {
-            let mut found = Vec::new();
-            contact.each_point(&contact.place(&x), false, |point, pairs| {
-                let others = pairs.iter().map(|pair| contact.near[pair.slot as usize]);
-                found.extend(others.map(|other| (point, other)));
-            });
-            found
-        };
-        assert_eq!(pairs(&contact), pairs(&brute), "step {step}");
+        assert_eq!(pairs(&contact, &x), pairs(&brute, &x), "step {step}");
     }
     assert!(wholes < 4 && parts > 10, "{wholes} and {parts}");
 }
