@@ -21,7 +21,7 @@ const PATIENCE: f64 = 1.0;
 /// and a blade moves half of one.
 const ROUNDS: usize = 3;
 
-/// Positions of an edge from which they are sought on several threads; one takes some 20 µs.
+/// Positions of an edge from which they are sought on several threads.
 const PARALLEL: usize = 8;
 
 /// Nodes within so many spacings of a position of the edge carry it: fewer would be those of one side of the cut.

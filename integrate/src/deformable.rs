@@ -378,8 +378,11 @@ impl DeformableContact {
     /// again; 0 where positions are not finite. Weights count as constant: a pair that fades, nearly a spacing deep, is stiffer
     /// by up to some 25 times.
     fn largest_eigenvalue(&self, masses: &[f64]) -> f64 {
-        let last = [&self.state.listed_at, &self.state.listed_again_at];
-        let placed = self.place(last[usize::from(!self.state.restless.is_empty())]);
+        let placed = self.place(if self.state.restless.is_empty() {
+            &self.state.listed_at
+        } else {
+            &self.state.listed_again_at
+        });
         let (mut springs, mut pairs) = (Vec::new(), Vec::new());
         for (point, list) in self
             .points

@@ -61,6 +61,10 @@ impl Fiber {
 
     /// `psi`, `psi'`, `psi''` at `E`; the second derivative at 0 is that of stretched fibres.
     fn response(&self, e: f64) -> [f64; 3] {
+        let is_rest = e.abs() <= ROUND_OFF;
+        if e <= 0.0 || is_rest {
+            return [0.0, 0.0, if is_rest { self.stiffness } else { 0.0 }];
+        }
         let toe = TOE.min(0.5 / self.exponent.sqrt());
         let [psi, psi1, psi2] = self.taut(toe);
         let (a, b) = (3.0 * psi1 - toe * psi2, toe * psi2 - 2.0 * psi1);
@@ -69,13 +73,12 @@ impl Fiber {
             let [taut, psi1, psi2] = self.taut(e);
             return [taut - psi + straightened(1.0), psi1, psi2];
         }
-        let t = (e / toe).max(0.0);
-        let slope = if e.abs() <= ROUND_OFF {
-            self.stiffness
-        } else {
-            t * (2.0 * a + 3.0 * b * t) / toe
-        };
-        [straightened(t), t * t * (a + b * t), slope]
+        let t = e / toe;
+        [
+            straightened(t),
+            t * t * (a + b * t),
+            t * (2.0 * a + 3.0 * b * t) / toe,
+        ]
     }
 
     /// The same of the formula, at `E` above 0.
@@ -84,10 +87,11 @@ impl Fiber {
         let seam = (LARGEST_EXPONENT / k2).sqrt();
         let at = e.min(seam);
         let beyond = e - at;
-        let growth = (k2 * at * at).exp();
+        let grown = (k2 * at * at).exp_m1();
+        let growth = 1.0 + grown;
         let psi1 = k1 * at * growth;
         let psi2 = k1 * growth * (1.0 + 2.0 * k2 * at * at);
-        let psi = 0.5 * k1 / k2 * (k2 * at * at).exp_m1();
+        let psi = 0.5 * k1 / k2 * grown;
         [
             psi + beyond * (psi1 + 0.5 * psi2 * beyond),
             psi1 + psi2 * beyond,

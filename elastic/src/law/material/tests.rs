@@ -233,7 +233,7 @@ fn bad_parameters_are_named() {
     }
 }
 
-/// Along the fibers the stretch of a small step meets `4 k1`, across them nothing.
+/// Along the fibers a stretch `l` meets `2 l psi'`, some `4 k1 (l - 1)`, across them nothing.
 #[test]
 fn fibers_stiffen_their_direction_only() {
     let plain = Material::neo_hookean(3.0, 0.4);
@@ -245,8 +245,10 @@ fn fibers_stiffen_their_direction_only() {
         let pull = |m: &Material| direction.dot(m.energy_and_stress(f).1 * direction);
         pull(&fibrous) - pull(&plain)
     };
-    let small = 2e-3;
-    assert_within("along", stretch(a, small) / small, 4.0 * 2.0, 0.03);
+    let by: f64 = 2e-3;
+    let e = (1.0 + by).powi(2) - 1.0;
+    let expected = 2.0 * (1.0 + by) * 2.0 * e * (1.5 * e * e).exp();
+    assert_within("along", stretch(a, by), expected, 1e-12);
     assert_within("slack", stretch(a, -0.1), 0.0, 0.0);
     assert_within("across", stretch(across, 0.3), 0.0, 1e-13);
     assert!(stretch(a, 0.4) > 2.0 * stretch(a, 0.2), "no stiffening");
