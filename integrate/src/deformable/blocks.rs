@@ -45,6 +45,10 @@ struct Motion {
     drift: DVec3,
     turn: DVec3,
     off: f64,
+    /// How far (m) a sample may have come from where it was listed.
+    way: f64,
+    /// Sum of this, the samples' radius and their thickness (m).
+    span: f64,
 }
 
 #[derive(Debug, Clone, Default)]
@@ -190,31 +194,27 @@ impl Blocks {
             let motion = |block| self.motion(block, (disks, from[which]), positions, margin);
             listed.with_min_len(CHUNK).map(motion).collect()
         });
-        // How far (m) no sample has come from where it was listed.
-        let way = |motion: &Motion, at: &Listed| {
-            motion.off + motion.drift.length() + motion.turn.length() * at.radius
-        };
+        let widest = far(0.0, 0.0) - margin;
         let (mut room, mut spent) = (f64::MAX, Vec::new());
         for (number, block) in self.blocks.iter().enumerate() {
             for (second, other) in self.blocks[..=number].iter().enumerate() {
-                if !may_meet(block.body, other.body) {
+                let is_restless = block.is_restless || other.is_restless;
+                let which = usize::from(is_restless);
+                let [at, there] = [number, second].map(|block| &self.listed[which][block]);
+                let [own, its] = [number, second].map(|block| &motions[which][block]);
+                let arm = there.middle - at.middle;
+                let amplification = block.amplification + other.amplification;
+                let (reach, wanted) = (at.reach.max(there.reach), room.max(0.0) * amplification);
+                // Most pairs are this far apart; no root is taken for them.
+                let enough = own.span + its.span + reach + widest + wanted;
+                if arm.length_squared() >= enough * enough || !may_meet(block.body, other.body) {
                     continue;
                 }
-                let is_restless = block.is_restless || other.is_restless;
-                let (listed, motions) = if is_restless {
-                    (&self.listed[1], &motions[1])
-                } else {
-                    (&self.listed[0], &motions[0])
-                };
-                let [at, there] = [&listed[number], &listed[second]];
-                let [own, its] = [&motions[number], &motions[second]];
-                let arm = there.middle - at.middle;
-                let far = far(at.reach.max(there.reach), at.thickness + there.thickness);
+                let far = far(reach, at.thickness + there.thickness);
                 let apart = arm.length() - at.radius - there.radius - far;
                 let has = margin + apart.max(0.0);
-                let amplification = block.amplification + other.amplification;
-                let far_enough = has - way(own, at) - way(its, there);
-                if far_enough >= room.max(0.0) * amplification {
+                let far_enough = has - own.way - its.way;
+                if far_enough >= wanted {
                     continue;
                 }
                 let by = its.drift - own.drift;
@@ -225,7 +225,7 @@ impl Blocks {
                 let left = far_enough.max(has - own.off - its.off - against);
                 room = room.min(left / amplification);
                 if left < 0.0 && !is_restless {
-                    let is_its = way(own, at) < way(its, there);
+                    let is_its = own.way < its.way;
                     spent.push(if is_its { second } else { number });
                 }
             }
@@ -252,19 +252,23 @@ impl Blocks {
         let (drift, turn) = (sum.0 / nodes.len() as f64, at.inverse * sum.1);
         let off = |(r, u): (DVec3, DVec3)| (u - drift - turn.cross(r)).length_squared();
         let most = moves().map(off).fold(0.0, f64::max).sqrt();
-        let mut motion = Motion {
-            drift: drift + turn.cross(at.middle - at.mean),
-            turn,
-            off: block.amplification * most,
-        };
-        if motion.off > BY_NODES * 0.5 * margin {
+        let mut off_rigid = block.amplification * most;
+        if off_rigid > BY_NODES * 0.5 * margin {
             let of_sample = self.samples(block).map(|sample| {
                 let [x, now] = [from, positions].map(|x| disks.gather(sample, x).0);
                 off((x - at.mean, now - x))
             });
-            motion.off = of_sample.fold(0.0, f64::max).sqrt();
+            off_rigid = of_sample.fold(0.0, f64::max).sqrt();
         }
-        motion
+        let drift = drift + turn.cross(at.middle - at.mean);
+        let way = off_rigid + drift.length() + turn.length() * at.radius;
+        Motion {
+            drift,
+            turn,
+            off: off_rigid,
+            way,
+            span: way + at.radius + at.thickness,
+        }
     }
 
     pub(super) fn bytes(&self) -> usize {
