@@ -253,8 +253,7 @@ fn iterate(
     apply(y, &mut ay);
     let (mut p, mut ap): (Vec<DVec3>, Vec<DVec3>) = (Vec::new(), Vec::new());
     let mut has_p = false;
-    let mut r = vec![DVec3::ZERO; n];
-    let mut ar = vec![DVec3::ZERO; n];
+    let (mut r, mut ar) = (vec![DVec3::ZERO; n], vec![DVec3::ZERO; n]);
     let mut iterations = 1;
     loop {
         let lambda = finite(dot(y, &ay), &ay)?;
@@ -274,22 +273,7 @@ fn iterate(
         apply(&r, &mut ar);
         iterations += 1;
         let of_r = finite(dot(&r, &ar), &ar)?;
-        let keep_p = has_p && {
-            let before = dot(&p, &p).sqrt();
-            for (basis, image) in [(&*y, &ay), (&r, &ar)] {
-                let c = dot(&p, basis);
-                add_scaled(&mut p, -c, basis);
-                add_scaled(&mut ap, -c, image);
-            }
-            let after = dot(&p, &p).sqrt();
-            // A direction that lost ten digits to the other two holds nothing but round-off.
-            let keep = after > 1e-10 * before;
-            if keep {
-                scale_by(&mut p, after.recip());
-                scale_by(&mut ap, after.recip());
-            }
-            keep
-        };
+        let keep_p = has_p && normalize_beside(&mut p, &mut ap, [(y, &ay), (&r, &ar)], &mut dot);
         let mut h = [[0.0; 3]; 3];
         h[0][0] = lambda;
         h[1][0] = dot(&r, &ay);
@@ -314,6 +298,30 @@ fn iterate(
         scale_by(y, size.recip());
         scale_by(&mut ay, size.recip());
     }
+}
+
+/// Takes out of a direction, and of its image, what they have of two that are orthonormal, and makes it of unit length;
+/// whether anything but round-off is left.
+fn normalize_beside(
+    p: &mut [DVec3],
+    image: &mut [DVec3],
+    others: [(&Vec<DVec3>, &Vec<DVec3>); 2],
+    dot: &mut impl FnMut(&[DVec3], &[DVec3]) -> f64,
+) -> bool {
+    let before = dot(p, p).sqrt();
+    for (other, its_image) in others {
+        let c = dot(p, other);
+        add_scaled(p, -c, other);
+        add_scaled(image, -c, its_image);
+    }
+    let after = dot(p, p).sqrt();
+    // A direction that lost ten digits to the other two holds nothing but round-off.
+    let keep = after > 1e-10 * before;
+    if keep {
+        scale_by(p, after.recip());
+        scale_by(image, after.recip());
+    }
+    keep
 }
 
 fn result(

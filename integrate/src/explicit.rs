@@ -259,25 +259,7 @@ impl Motion {
                 shares.evaluate(&mut self.state, &mut self.next_forces);
             }
         }
-        self.next_applied.clear();
-        if let Some(applied) = applied {
-            self.next_applied
-                .resize(self.nodes.masses.len(), DVec3::ZERO);
-            let view = StepView {
-                time: end,
-                step,
-                positions: &self.state.positions,
-                velocities: &self.state.velocities,
-                acting: NodeForces {
-                    nodes: &self.nodes,
-                    gravity: self.settings.gravity,
-                    forces: &self.next_forces,
-                    before: &self.state.forces,
-                    viscosity: self.settings.viscosity / step,
-                },
-            };
-            applied(&view, &mut self.next_applied);
-        }
+        self.ask_outside(applied, step, end);
         let (time, decay) = second;
         let chunks = match passes {
             Passes::Here(_) => self.finish(Kick { time, decay, step }),
@@ -298,20 +280,8 @@ impl Motion {
         let s = &mut self.state;
         s.time = end;
         s.steps += 1;
-        s.audit.kinetic = sums.kinetic;
-        s.audit.momentum = sums.momentum;
-        s.audit.elastic = energy;
-        // Of this step's length, at its end and at its begin.
-        let ratio = step / s.step;
-        let before = match self.settings.scheme {
-            ExplicitScheme::VelocityVerlet => ratio * ratio,
-            ExplicitScheme::SymplecticEuler => ratio * first.1,
-        };
-        s.audit.staggered += sums.lag - s.lag * before;
-        (s.lag, s.step) = (sums.lag, step);
         s.audit.dissipated += dissipated;
-        s.audit.applied_work += sums.applied;
-        s.audit.load_work = s.load_origin - sums.potential;
+        self.book(&sums, energy, step, first.1);
         if relative {
             if let Passes::Shared(shares) = passes {
                 shares.fetch(&mut self.state);
@@ -329,6 +299,47 @@ impl Motion {
                 Passes::Shared(shares) => Some(&mut **shares),
             },
         )
+    }
+
+    /// Asks for the forces from outside that act at the end of a step (s), at a time (s).
+    fn ask_outside(&mut self, applied: Option<&mut Applied<'_>>, step: f64, time: f64) {
+        self.next_applied.clear();
+        if let Some(applied) = applied {
+            self.next_applied
+                .resize(self.nodes.masses.len(), DVec3::ZERO);
+            let view = StepView {
+                time,
+                step,
+                positions: &self.state.positions,
+                velocities: &self.state.velocities,
+                acting: NodeForces {
+                    nodes: &self.nodes,
+                    gravity: self.settings.gravity,
+                    forces: &self.next_forces,
+                    before: &self.state.forces,
+                    viscosity: self.settings.viscosity / step,
+                },
+            };
+            applied(&view, &mut self.next_applied);
+        }
+    }
+
+    /// Takes energies and sums after a step (s) into the audit; `left` is what damping left in the first kick.
+    fn book(&mut self, sums: &Sums, energy: f64, step: f64, left: f64) {
+        let s = &mut self.state;
+        s.audit.kinetic = sums.kinetic;
+        s.audit.momentum = sums.momentum;
+        s.audit.elastic = energy;
+        // Of this step's length, at its end and at its begin.
+        let ratio = step / s.step;
+        let before = match self.settings.scheme {
+            ExplicitScheme::VelocityVerlet => ratio * ratio,
+            ExplicitScheme::SymplecticEuler => ratio * left,
+        };
+        s.audit.staggered += sums.lag - s.lag * before;
+        (s.lag, s.step) = (sums.lag, step);
+        s.audit.applied_work += sums.applied;
+        s.audit.load_work = s.load_origin - sums.potential;
     }
 
     /// Makes the new forces those of the state.

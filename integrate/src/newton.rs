@@ -313,49 +313,58 @@ impl Newton {
                 size = norm(&self.residual);
                 continue;
             }
-            let before = size;
-            let potential = energy + problem.potential(x);
-            let slope = dot(&self.residual, &self.step);
-            let mut length = 1.0;
-            let mut accepted = false;
-            for _ in 0..25 {
-                self.trial.copy_from_slice(x);
-                add_scaled(&mut self.trial, length, &self.step);
-                let trial_energy = law.forces_into(&self.trial, &mut self.trial_forces);
-                report.evaluations += 1;
-                if check(&self.trial_forces, trial_energy).is_ok() {
-                    problem.residual(&self.trial, &self.trial_forces, &mut self.trial_residual);
-                    let trial_size = norm(&self.trial_residual);
-                    let change = trial_energy + problem.potential(&self.trial) - potential;
-                    // Near the solution the energy's change drowns in round-off (at a strain of 1e-5
-                    // it is known to 1e-6); there its slope decides (approximate Wolfe condition: Hager and Zhang 2005,
-                    // doi:10.1137/030601880).
-                    let noise =
-                        1e-5 * (energy.abs() + potential.abs() + (potential - energy).abs());
-                    let slope_there = dot(&self.trial_residual, &self.step);
-                    let descends = change <= -1e-4 * length * slope
-                        || (change <= noise && slope_there.abs() <= 0.9 * slope.abs());
-                    if descends {
-                        energy = trial_energy;
-                        size = trial_size;
-                        accepted = true;
-                        break;
-                    }
-                }
-                length *= 0.5;
-            }
-            if !accepted {
+            let Some(found) = self.line_search(law, problem, x, energy, &mut report.evaluations)
+            else {
                 return Err(SolveError::NoDescent {
                     relative: size / report.scale,
                     node: self.worst(),
                 });
-            }
+            };
+            let before = size;
+            (energy, size) = found;
             x.copy_from_slice(&self.trial);
             std::mem::swap(&mut self.forces, &mut self.trial_forces);
             std::mem::swap(&mut self.residual, &mut self.trial_residual);
             let rate = size / before;
             forcing = (0.9 * rate * rate).min(settings.linear_tolerance);
         }
+    }
+
+    /// The first of `x + s/2^k` along the step `s` that is low enough, which goes to the trial arrays: its energy (J) and the
+    /// norm of its residual (N). `energy` (J) is that at `x`.
+    fn line_search(
+        &mut self,
+        law: &mut dyn ForceLaw,
+        problem: &Problem<'_>,
+        x: &[DVec3],
+        energy: f64,
+        evaluations: &mut usize,
+    ) -> Option<(f64, f64)> {
+        let potential = energy + problem.potential(x);
+        let slope = dot(&self.residual, &self.step);
+        let mut length = 1.0;
+        for _ in 0..25 {
+            self.trial.copy_from_slice(x);
+            add_scaled(&mut self.trial, length, &self.step);
+            let trial_energy = law.forces_into(&self.trial, &mut self.trial_forces);
+            *evaluations += 1;
+            if check(&self.trial_forces, trial_energy).is_ok() {
+                problem.residual(&self.trial, &self.trial_forces, &mut self.trial_residual);
+                let change = trial_energy + problem.potential(&self.trial) - potential;
+                // Near the solution the energy's change drowns in round-off (at a strain of 1e-5
+                // it is known to 1e-6); there its slope decides (approximate Wolfe condition: Hager and Zhang 2005,
+                // doi:10.1137/030601880).
+                let noise = 1e-5 * (energy.abs() + potential.abs() + (potential - energy).abs());
+                let slope_there = dot(&self.trial_residual, &self.step);
+                if change <= -1e-4 * length * slope
+                    || (change <= noise && slope_there.abs() <= 0.9 * slope.abs())
+                {
+                    return Some((trial_energy, norm(&self.trial_residual)));
+                }
+            }
+            length *= 0.5;
+        }
+        None
     }
 
     /// Forces (N) that the last solve left unbalanced.

@@ -73,6 +73,47 @@ pub(super) struct Pair {
     pub(super) friction: f64,
 }
 
+/// Forces of an energy that is a pair's weight times a number.
+struct ByWeight {
+    /// Along the disk, over the foot's coordinates: −∂E/∂ξ of the weight alone, as gaps do not depend on where the foot is.
+    slope: f64,
+    /// Along the disk's normal (N).
+    fade: f64,
+    /// Conjugate to the cosine of the normals, and to the areas of the point's disk and the other (J).
+    bend: f64,
+    spread: [f64; 2],
+}
+
+impl Pair {
+    /// Those of `per_weight` (J) on a disk that reaches so far (m).
+    fn by_weight(&self, per_weight: f64, reach: f64) -> ByWeight {
+        let (whole, spread) = self.whole;
+        let all = per_weight * whole;
+        ByWeight {
+            slope: 4.0 * self.inside * self.facing[0] * self.close[0] / reach.powi(2) * all,
+            fade: -all * self.inside.powi(2) * self.facing[0] * self.close[1],
+            bend: -all * self.inside.powi(2) * self.facing[1] * self.close[0],
+            spread: spread.map(|by_area| {
+                -per_weight * self.inside.powi(2) * self.facing[0] * self.close[0] * by_area
+            }),
+        }
+    }
+}
+
+impl ByWeight {
+    /// Adds what turns and spreads the disks of a pair, each with its slot.
+    fn turn(&self, [own, other]: [(u32, &Placed); 2], touches: &mut Vec<Touch>) {
+        if self.bend == 0.0 && self.spread.iter().all(|load| *load == 0.0) {
+            return;
+        }
+        let both = [(own, other, self.spread[0]), (other, own, self.spread[1])];
+        touches.extend(both.map(|((slot, disk), (_, across), spread)| Touch {
+            slot,
+            load: (DVec3::ZERO, turning(disk, across.n * self.bend, spread)),
+        }));
+    }
+}
+
 /// A smooth step from 0 at `none` to 1 at `full`, and its derivative.
 fn smooth_step(x: f64, none: f64, full: f64) -> [f64; 2] {
     let width = full - none;
@@ -256,18 +297,7 @@ impl DeformableContact {
         }
         let largest = LARGEST_OFFSET * at.spacing;
         let learning = (self.settings.learning * moved.step).min(MOST_LEARNING);
-        // Offsets of points that nothing is opposite of are forgotten, as if it were far.
-        let mut pressed = Pressed {
-            point,
-            slot,
-            force: DVec3::ZERO,
-            offset: (offset - learning * largest).max(0.0),
-            slip: [0.0; 2],
-            energy: 0.0,
-            // Of a point that lets go.
-            dissipated: (self.state.slips.get(point as usize)).map_or(0.0, |slip| energy_of(*slip)),
-            offset_work: 0.0,
-        };
+        let mut pressed = self.unpressed([slot, point], (offset - learning * largest).max(0.0));
         if pairs.is_empty() {
             chunk.points.push(pressed);
             return;
@@ -311,31 +341,15 @@ impl DeformableContact {
             if deep > 0.0 {
                 between.area += 0.5 * at.area * share;
             }
-            // −∂E/∂ξ: of the weight alone, as gaps do not depend on where the foot is.
             let per_weight = (stored - if norm > LEAST { mean } else { 0.0 }) / norm;
-            let (whole, spread) = pair.whole;
-            let all = per_weight * whole;
-            let slope = 4.0 * pair.inside * pair.facing[0] * pair.close[0] / q.reach.powi(2) * all;
-            let bend = -all * pair.inside.powi(2) * pair.facing[1] * pair.close[0];
-            let fade = -all * pair.inside.powi(2) * pair.facing[0] * pair.close[1];
-            let spread = spread.map(|by_area| {
-                -per_weight * pair.inside.powi(2) * pair.facing[0] * pair.close[0] * by_area
-            });
-            if bend != 0.0 || spread.iter().any(|load| *load != 0.0) {
-                let own = &placed[slot as usize];
-                let both = [
-                    (slot, own, q.n, spread[0]),
-                    (pair.slot, q, own.n, spread[1]),
-                ];
-                for (slot, disk, n, spread) in both {
-                    let load = (DVec3::ZERO, turning(disk, n * bend, spread));
-                    chunk.touches.push(Touch { slot, load });
-                }
-            }
+            let by_weight = pair.by_weight(per_weight, q.reach);
+            let both = [(slot, &placed[slot as usize]), (pair.slot, q)];
+            by_weight.turn(both, &mut chunk.touches);
             let tangential = rubbing.share(pair);
-            let along = [0, 1].map(|k| slope * pair.xi[k] + tangential * traction.dot(q.t[k]));
+            let along =
+                [0, 1].map(|k| by_weight.slope * pair.xi[k] + tangential * traction.dot(q.t[k]));
             let pressure = spring(pair) * share * deep;
-            let normal_force = pressure + fade;
+            let normal_force = pressure + by_weight.fade;
             normals += q.n * normal_force;
             if normal_force == 0.0 && along[0] == 0.0 && along[1] == 0.0 {
                 continue;
@@ -364,6 +378,22 @@ impl DeformableContact {
             );
         }
         chunk.points.push(pressed);
+    }
+
+    /// What becomes of a point, by its slot and number, that nothing is opposite of: its offset (m) is forgotten, as if it
+    /// were far, and its slip let go.
+    fn unpressed(&self, [slot, point]: [u32; 2], offset: f64) -> Pressed {
+        let slip = self.state.slips.get(point as usize);
+        Pressed {
+            point,
+            slot,
+            force: DVec3::ZERO,
+            offset,
+            slip: [0.0; 2],
+            energy: 0.0,
+            dissipated: slip.map_or(0.0, |slip| energy_of(*slip)),
+            offset_work: 0.0,
+        }
     }
 
     /// Drag at a point that is pressed by `normal` (N) and holds on to the other surface by `held` (N).
