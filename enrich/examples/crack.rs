@@ -45,6 +45,28 @@ fn color(factor: f64) -> String {
     format!("rgb({:.0},{:.0},{:.0})", mix(0), mix(1), mix(2))
 }
 
+/// What colour a factor has, at the foot of a picture of these sizes (pixels).
+fn draw_scale(svg: &mut String, width: f64, height: f64) -> std::fmt::Result {
+    for k in 0..40 {
+        let factor = (f64::from(k) + 0.5) / 40.0;
+        let left = width - 6.0 * SIZE + f64::from(k) * 4.0;
+        writeln!(
+            svg,
+            "<rect x=\"{left:.1}\" y=\"{:.1}\" width=\"4.2\" height=\"9\" fill=\"{}\"/>",
+            height - 15.0,
+            color(factor)
+        )?;
+    }
+    for (at, text) in [(6.5, "0"), (0.4, "1")] {
+        let (x, y) = (width - at * SIZE, height - 6.5);
+        writeln!(
+            svg,
+            "<text x=\"{x:.1}\" y=\"{y:.1}\" font-family=\"sans-serif\" font-size=\"13\">{text}</text>"
+        )?;
+    }
+    Ok(())
+}
+
 fn main() -> Result<(), Box<dyn Error>> {
     let file = std::env::args()
         .nth(1)
@@ -128,24 +150,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let (x, y) = pixel(p);
         writeln!(svg, "<circle cx=\"{x:.0}\" cy=\"{y:.0}\" r=\"3\"/>")?;
     }
-    // The scale: what colour a factor has.
-    for k in 0..40 {
-        let factor = (f64::from(k) + 0.5) / 40.0;
-        let left = width - 6.0 * SIZE + f64::from(k) * 4.0;
-        writeln!(
-            svg,
-            "<rect x=\"{left:.1}\" y=\"{:.1}\" width=\"4.2\" height=\"9\" fill=\"{}\"/>",
-            height - 15.0,
-            color(factor)
-        )?;
-    }
-    for (at, text) in [(6.5, "0"), (0.4, "1")] {
-        let (x, y) = (width - at * SIZE, height - 6.5);
-        writeln!(
-            svg,
-            "<text x=\"{x:.1}\" y=\"{y:.1}\" font-family=\"sans-serif\" font-size=\"13\">{text}</text>"
-        )?;
-    }
+    draw_scale(&mut svg, width, height)?;
     svg.push_str("</svg>\n");
     std::fs::write(&file, svg)?;
     println!("{severed} pairs severed, {partly} weakened: {file}");
