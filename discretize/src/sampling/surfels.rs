@@ -1,6 +1,7 @@
 //! Points with normals and areas on a surface.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use crate::mesh::creases::Creased;
 use crate::mesh::{Mesh, SurfaceSamples, index};
@@ -38,7 +39,8 @@ pub fn sample_surfels(mesh: &Mesh, count: usize, exact: Option<&Solid>) -> Surfa
     let candidates = draw(mesh, area, count * CANDIDATES);
     let packed = (area / count as f64 * 2.0 / 3.0_f64.sqrt()).sqrt();
     let mut kept: Vec<u32> = Vec::with_capacity(count);
-    let mut taken = vec![false; candidates.len()];
+    // Squared distance (m²) from a candidate to a surfel that it was rejected for, and 0 for a surfel: both stay.
+    let mut apart = vec![f64::INFINITY; candidates.len()];
     let mut radius = FIRST_RADIUS * packed;
     let mut tree = Near::default();
     while kept.len() < count && radius > 0.3 * packed {
@@ -46,9 +48,16 @@ pub fn sample_surfels(mesh: &Mesh, count: usize, exact: Option<&Solid>) -> Surfa
             if kept.len() == count {
                 break;
             }
-            let alike = |id: u32| candidates[id as usize].normal.dot(candidate.normal) > SAME_SIDE;
-            if !taken[i] && !tree.within(candidate.position, radius).any(alike) {
-                taken[i] = true;
+            if apart[i] < radius * radius {
+                continue;
+            }
+            let alike =
+                |id: &u32| candidates[*id as usize].normal.dot(candidate.normal) > SAME_SIDE;
+            if let Some(near) = tree.within(candidate.position, radius).find(alike) {
+                let near = candidates[near as usize].position;
+                apart[i] = near.distance_squared(candidate.position);
+            } else {
+                apart[i] = 0.0;
                 kept.push(index(i));
                 tree.insert(candidate.position, index(i));
             }
@@ -66,18 +75,19 @@ pub fn sample_surfels(mesh: &Mesh, count: usize, exact: Option<&Solid>) -> Surfa
         place[i as usize] = index(k);
     }
     let share = area / candidates.len() as f64;
-    for (i, candidate) in candidates.iter().enumerate() {
-        let owner = if taken[i] {
-            index(i)
-        } else {
-            nearest(&tree, &candidates, candidate)
-        };
-        surfels.areas[place[owner as usize] as usize] += share;
+    let owner = |(i, candidate): (usize, &Candidate)| match place[i] {
+        u32::MAX => place[nearest(&tree, &candidates, candidate) as usize],
+        own => own,
+    };
+    let owners: Vec<u32> = (candidates.par_iter().enumerate()).map(owner).collect();
+    for owner in owners {
+        surfels.areas[owner as usize] += share;
     }
     if let Some(solid) = exact {
         let given = solid.mesh().zip(solid.hierarchy());
         let creased = given.map(|(mesh, hierarchy)| Creased::new(mesh, hierarchy));
-        for (position, normal) in surfels.positions.iter_mut().zip(&mut surfels.normals) {
+        let all = (surfels.positions.par_iter_mut()).zip(&mut surfels.normals);
+        all.for_each(|(position, normal)| {
             *position = solid.project(*position);
             let exact = match &creased {
                 Some(creased) => creased.normal(*position),
@@ -86,7 +96,7 @@ pub fn sample_surfels(mesh: &Mesh, count: usize, exact: Option<&Solid>) -> Surfa
             if exact != DVec3::ZERO {
                 *normal = exact;
             }
-        }
+        });
     }
     surfels
 }
