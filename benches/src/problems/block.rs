@@ -8,6 +8,7 @@ use phyxel_discretize::{
 };
 use phyxel_elastic::{Elastic, Material, Materials, Nodes, Settings};
 use phyxel_mls::{ConservativeSettings, GradientStencils, Neighborhoods, inverse_square_weights};
+use testkit::kuhn::{self, mirrored_block};
 
 use super::solid::Solid;
 use crate::StudyError;
@@ -88,7 +89,7 @@ impl Block {
     ///
     /// # Panics
     /// If it is not valid.
-    pub fn of(block: testkit::block::Block) -> Self {
+    pub fn of(block: kuhn::Block) -> Self {
         let (rest, volumes, boundary) = (block.positions, block.volumes, block.boundary_vectors);
         let graph = Neighborhoods::from_graph(block.offsets, block.indices).expect("a graph");
         Self {
@@ -104,7 +105,7 @@ impl Block {
 
     /// The box `[0, size]` (m) of `cells` of the test kit, nodes moved by up to `jitter` of a cell.
     pub fn jittered(cells: [usize; 3], size: DVec3, jitter: f64, seed: u64) -> Self {
-        Self::of(testkit::block::Block::new(cells, size, jitter, seed))
+        Self::of(mirrored_block(cells, size, jitter, seed))
     }
 
     /// The same nodes coupled by another graph, which must be symmetric.
@@ -134,7 +135,8 @@ impl Block {
 
     /// Nodes that pass a test of their place at rest.
     pub fn nodes(&self, chosen: impl Fn(DVec3) -> bool) -> Vec<u32> {
-        nodes_where(&self.rest, chosen)
+        let with = (0_u32..).zip(&self.rest).filter(|(_, x)| chosen(**x));
+        with.map(|(node, _)| node).collect()
     }
 
     /// Root of the squares of `off`, of each node's position and position at rest (m), weighed with the volumes.
@@ -231,9 +233,4 @@ pub(crate) fn faces_where(
 ) -> Vec<[u32; 3]> {
     let inside = |t: &&[u32; 3]| t.iter().all(|v| chosen(rest[*v as usize]));
     triangles.iter().filter(inside).copied().collect()
-}
-
-pub(crate) fn nodes_where(rest: &[DVec3], chosen: impl Fn(DVec3) -> bool) -> Vec<u32> {
-    let with = (0_u32..).zip(rest).filter(|(_, x)| chosen(**x));
-    with.map(|(node, _)| node).collect()
 }

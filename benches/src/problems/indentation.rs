@@ -66,10 +66,27 @@ impl Press {
     ///
     /// # Errors
     /// [`StudyError`] if there is no surface to press.
-    pub fn cube(body: ElasticBody, spacing: f64) -> Result<Self, StudyError> {
+    fn cube(body: ElasticBody, spacing: f64) -> Result<Self, StudyError> {
         let supports = BoundaryConditions::fixed_where(&body.rest, held);
-        let top = body.faces(on_top);
-        Self::on(body, supports, &top, spacing)
+        let (top, rest) = (body.faces(on_top), body.rest.clone());
+        Self::of(body, rest, supports, &top, spacing)
+    }
+
+    /// The same by the default on nodes of tetrahedra, with hourglass stabilization `control`.
+    pub fn on_nodes(
+        (nodes, tetrahedra): (Vec<DVec3>, Vec<[u32; 4]>),
+        control: f64,
+        spacing: f64,
+    ) -> Result<Self, StudyError> {
+        let body = ElasticBody::new(&nodes, &tetrahedra, SOFT, control)?;
+        Self::cube(body, spacing)
+    }
+
+    /// The same by the dissertation's model on a regular lattice.
+    pub fn by_dissertation(cells: u32) -> Result<Self, StudyError> {
+        let (nodes, tetrahedra) = cube_lattice(cells);
+        let body = ElasticBody::dissertation(&nodes, &tetrahedra, SOFT)?;
+        Self::cube(body, 2.0 / f64::from(cells))
     }
 
     /// Positions (m) as they are read, where the last sphere left the body: see
@@ -92,28 +109,11 @@ impl Press {
         let (nodes, tetrahedra) = lattice_on([lines, lines, &down]);
         let body = ElasticBody::new(&nodes, &tetrahedra, SOFT, 0.1)?;
         let edge = 1e-9 * reach;
-        let mut supports = BoundaryConditions::free(body.rest.len());
-        for node in body.nodes(|x| x.x < edge) {
-            supports.slide(node, DVec3::X);
-        }
-        for node in body.nodes(|x| x.y < edge) {
-            supports.slide(node, DVec3::Y);
-        }
-        for node in body.nodes(|x| x.x.max(x.y).max(-x.z) > end - edge) {
-            supports.fix(node);
-        }
+        let is_far = |x: DVec3| x.x.max(x.y).max(-x.z) > end - edge;
+        let supports = between_planes(&body.rest, edge, is_far);
         let near = body.faces(|x| x.z > -edge && x.x < reach && x.y < reach);
-        Self::on(body, supports, &near, spacing)
-    }
-
-    fn on(
-        body: ElasticBody,
-        supports: BoundaryConditions,
-        top: &[[u32; 3]],
-        spacing: f64,
-    ) -> Result<Self, StudyError> {
         let rest = body.rest.clone();
-        Self::of(body, rest, supports, top, spacing)
+        Self::of(body, rest, supports, &near, spacing)
     }
 }
 
@@ -186,16 +186,12 @@ impl<B: ForceLaw> Press<B> {
 
 /// The 2 m cube on a regular lattice.
 pub fn cube(cells: u32) -> Result<Press, StudyError> {
-    let (nodes, tetrahedra) = cube_lattice(cells);
-    let body = ElasticBody::new(&nodes, &tetrahedra, SOFT, 0.1)?;
-    Press::cube(body, 2.0 / f64::from(cells))
+    Press::on_nodes(cube_lattice(cells), 0.1, 2.0 / f64::from(cells))
 }
 
 /// The same with nodes drawn towards the middle of the top.
 pub fn graded(cells: [u32; 3]) -> Result<Press, StudyError> {
-    let (nodes, tetrahedra) = graded_lattice(cells);
-    let body = ElasticBody::new(&nodes, &tetrahedra, SOFT, 0.1)?;
-    Press::cube(body, 0.45 * 2.0 / f64::from(cells[0]))
+    Press::on_nodes(graded_lattice(cells), 0.1, 0.45 * 2.0 / f64::from(cells[0]))
 }
 
 /// Radius (m) of the sphere that a half-space is pressed with.
@@ -258,6 +254,20 @@ pub fn cube_sampled(count: usize) -> Result<(Vec<DVec3>, Vec<[u32; 4]>), StudyEr
     let found = sample_tetrahedra(&cube, &SampleSettings::nodes(count))?;
     let nodes = found.positions.iter().map(|x| *x - DVec3::Z).collect();
     Ok((nodes, found.tetrahedra))
+}
+
+/// Supports of a quarter between the planes x = 0 and y = 0 of symmetry, on which nodes are up to `edge` (m); fixed where
+/// `is_held` says.
+pub(super) fn between_planes(
+    rest: &[DVec3],
+    edge: f64,
+    is_held: impl Fn(DVec3) -> bool,
+) -> BoundaryConditions {
+    let mut supports = BoundaryConditions::fixed_where(rest, &is_held);
+    for (node, x) in (0_u32..).zip(rest).filter(|(_, x)| !is_held(**x)) {
+        supports.fix_axes(node, [x.x < edge, x.y < edge, false]);
+    }
+    supports
 }
 
 /// Whether a point of the cube is on a held side.

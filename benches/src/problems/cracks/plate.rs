@@ -61,11 +61,8 @@ impl Plate {
 
     /// Its nodes and pairs, as factors read them.
     pub(super) fn coupled(&self) -> Graph<'_> {
-        Graph::new_unchecked(
-            &self.block.rest,
-            self.block.graph.offsets(),
-            self.block.graph.indices(),
-        )
+        let (rest, graph) = (&self.block.rest, &self.block.graph);
+        Graph::new_unchecked(rest, graph.offsets(), graph.indices())
     }
 
     /// No cut yet, for cuts of this box.

@@ -91,7 +91,7 @@ pub fn edge_crack(
     let Some(cut) = CutBody::new(&body, &cuts, &blades, form)? else {
         return Ok(None);
     };
-    let u = cut.solve(&body.tension(DVec3::Y), |_| IN_PLANE)?;
+    let u = cut.solve(&body.tension(DVec3::Y), IN_PLANE)?;
     let gradients = cut.gradients(&u);
     let k = stress_intensities(&cut, &gradients, tip, DVec3::X, 6.0_f64.min(0.3 / dx) * dx);
     let at = DVec3::new(0.0, y, 0.5 * dx);
