@@ -100,9 +100,6 @@ pub(super) struct Specimen {
 
 impl Specimen {
     /// Runs the scene until its blades are through.
-    ///
-    /// # Errors
-    /// [`StudyError`] if the scene does not run, or no blade cuts.
     pub(super) fn new(plate: &Plate, blades: &[Cut], fronts: Fronts) -> Result<Self, StudyError> {
         let text = phyxel_scene::to_ron(&plate.scene(blades));
         let mut world = World::new(phyxel_scene::from_text(&text, "cracks", "", &[])?)?;

@@ -64,9 +64,6 @@ pub struct Block {
 
 impl Block {
     /// A body of positively oriented tetrahedra, its nodes in the order given.
-    ///
-    /// # Errors
-    /// [`StudyError`] if there are no stencils on these nodes.
     pub fn new(rest: Vec<DVec3>, tetrahedra: Vec<[u32; 4]>) -> Result<Self, StudyError> {
         let volumes = nodal_volumes(&rest, &tetrahedra);
         let triangles = boundary_triangles(&tetrahedra, |_| true);
@@ -109,9 +106,6 @@ impl Block {
     }
 
     /// The same nodes coupled by another graph, which must be symmetric.
-    ///
-    /// # Errors
-    /// [`StudyError`] if there are no stencils on it.
     pub fn on_graph(&self, graph: Neighborhoods) -> Result<Self, StudyError> {
         let stencils = conservative(&self.rest, &self.volumes, &self.boundary, &graph)?;
         Ok(Self {
@@ -166,9 +160,6 @@ impl Block {
     }
 
     /// The elastic model of one material on `stencils`: the body's own, or those of a cut.
-    ///
-    /// # Errors
-    /// [`StudyError`] if the model does not take the stencils.
     pub fn elastic(
         &self,
         stencils: &GradientStencils,

@@ -181,9 +181,6 @@ impl Elements {
     }
 
     /// Displacements (m) at rest under forces (N).
-    ///
-    /// # Errors
-    /// [`StudyError`] if the supports leave the body loose.
     pub fn solve(
         &mut self,
         supports: &BoundaryConditions,

@@ -63,9 +63,6 @@ pub struct Pressing {
 impl Press {
     /// A 2 m cube, its top at z = 0, from its body: sides and bottom fixed, contact by six
     /// points a triangle of the top. `spacing` (m) sets the penalty.
-    ///
-    /// # Errors
-    /// [`StudyError`] if there is no surface to press.
     fn cube(body: ElasticBody, spacing: f64) -> Result<Self, StudyError> {
         let supports = BoundaryConditions::fixed_where(&body.rest, held);
         let (top, rest) = (body.faces(on_top), body.rest.clone());
@@ -100,9 +97,6 @@ impl Press {
     /// A quarter of a block between two symmetry planes, far sides and bottom fixed: `lines` (m), ascending
     /// from 0, are where its nodes lie along each axis. Contact within `reach` (m) of the corner, by six
     /// points a triangle; `spacing` (m) sets the penalty.
-    ///
-    /// # Errors
-    /// [`StudyError`] if there is no surface to press.
     pub fn quarter(lines: &[f64], reach: f64, spacing: f64) -> Result<Self, StudyError> {
         let end = lines.last().copied().unwrap_or_default();
         let down: Vec<f64> = lines.iter().rev().map(|x| -x).collect();
@@ -158,9 +152,6 @@ impl<B: ForceLaw> Press<B> {
     }
 
     /// Presses a sphere of `radius` to `depth` (m); unbalanced forces fall to `tolerance`.
-    ///
-    /// # Errors
-    /// [`StudyError`] if no equilibrium is found.
     pub fn press(
         &mut self,
         radius: f64,
@@ -245,9 +236,6 @@ pub fn graded_lattice(cells: [u32; 3]) -> (Vec<DVec3>, Vec<[u32; 4]>) {
 }
 
 /// Nodes and tetrahedra of the 2 m cube as scenes sample it, about `count` nodes.
-///
-/// # Errors
-/// [`StudyError`] if they are too few.
 pub fn cube_sampled(count: usize) -> Result<(Vec<DVec3>, Vec<[u32; 4]>), StudyError> {
     let half_extents = DVec3::ONE;
     let cube = Shape::from(Primitive::Box { half_extents });
@@ -320,9 +308,6 @@ pub struct HalfSpace {
 
 /// Presses a sphere of 10 m to `depth` (m) on a quarter of a block so large that it is nearly a half-space: its cells are
 /// `spacing` (m) wide, so many from the middle on, then so many that grow by `growth` each.
-///
-/// # Errors
-/// [`StudyError`] if no equilibrium is found.
 pub fn half_space(
     depth: f64,
     spacing: f64,

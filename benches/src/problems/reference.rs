@@ -86,9 +86,6 @@ impl Reference {
 
     /// Displacements (m) of the finer lattice with the sides and the bottom fixed and a field given on the
     /// top, even in x and y; the answer is read at points of the whole cube.
-    ///
-    /// # Errors
-    /// [`StudyError`] if they are not found.
     pub fn with_top(
         &self,
         top: impl Fn(DVec3) -> DVec3,

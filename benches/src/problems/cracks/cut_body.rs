@@ -77,9 +77,6 @@ pub struct CutBody<'a> {
 impl<'a> CutBody<'a> {
     /// Cuts a box. `blades` are the captures of the same cut for the grid. `None` if the form
     /// refuses the cut, or the elastic model the form, as its weights must be the same both ways.
-    ///
-    /// # Errors
-    /// [`StudyError`] if rows cannot be rebuilt.
     pub fn new(
         body: &'a Plate,
         cuts: &Cuts,
@@ -115,9 +112,6 @@ impl<'a> CutBody<'a> {
     }
 
     /// The elastic model of the cut body.
-    ///
-    /// # Errors
-    /// [`StudyError`] if the model does not take the rows.
     pub fn elastic(&self) -> Result<Elastic, StudyError> {
         let material = Material::neo_hookean(YOUNG, POISSON);
         self.body
@@ -126,9 +120,6 @@ impl<'a> CutBody<'a> {
     }
 
     /// Displacements (m) under nodal forces (N) along the axes that `free` has, see [`small_displacements`].
-    ///
-    /// # Errors
-    /// [`StudyError`] if they are not found.
     pub fn solve(&self, forces: &[DVec3], free: DVec3) -> Result<Vec<DVec3>, StudyError> {
         let rest = &self.body.block.rest;
         match &self.rows {
