@@ -2,15 +2,19 @@
 //! nodes without tetrahedra, surfels. The body is the built-in liver; reading measures the surface written as PLY.
 #![allow(missing_docs, reason = "criterion emits undocumented functions")]
 
+mod time;
+
 use std::hint::black_box;
 
-use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
 use phyxel_discretize::{
     Grading, Mesh, Octree, Primitive, Refinement, RepairSettings, SampleSettings, SampleTarget,
     Solid, parse_mesh, ply_mesh, repair, sample_points, sample_surfels, sample_tetrahedra,
     space_filling_order, surface_mesh, tetrahedra_edges,
 };
+use testkit::cloud::uniform;
+use time::time;
 
 fn surface(spacing: f64) -> Mesh {
     surface_mesh(&Primitive::Liver.into(), spacing).expect("the liver is thicker than the spacing")
@@ -25,41 +29,34 @@ fn bodies() -> [(&'static str, Solid); 2] {
 
 fn files(c: &mut Criterion) {
     let mesh = surface(0.002);
-    let bytes = ply_mesh(&mesh);
+    let (bytes, triangles) = (ply_mesh(&mesh), mesh.triangles.len());
     let mut group = c.benchmark_group("discretize/files");
-    group.throughput(Throughput::Elements(mesh.triangles.len() as u64));
-    group.bench_function("read_ply", |b| b.iter(|| parse_mesh(black_box(&bytes))));
     group.sample_size(20);
+    group.throughput(Throughput::Elements(triangles as u64));
+    let read = || parse_mesh(black_box(&bytes));
+    time(&mut group, "read_ply", triangles, read);
     let settings = RepairSettings::default();
-    group.bench_function("repair_and_inspect", |b| {
-        b.iter(|| repair(black_box(&mesh), &settings));
-    });
-    group.finish();
+    let mend = || repair(black_box(&mesh), &settings);
+    time(&mut group, "repair_and_inspect", triangles, mend);
 }
 
 fn inside(c: &mut Criterion) {
     let mut group = c.benchmark_group("discretize/contains");
+    group.throughput(Throughput::Elements(1000));
     for spacing in [0.008, 0.002] {
         let mesh = surface(spacing);
         let triangles = mesh.triangles.len();
         let solid = Solid::from_mesh(mesh);
-        let mut random = testkit::cloud::Random::new(1);
-        let mut points: Vec<DVec3> = (0..1000).map(|_| random.vector(0.09)).collect();
-        points = space_filling_order(&points).apply(&points);
-        group.throughput(Throughput::Elements(1000));
-        group.bench_function(BenchmarkId::new("winding", triangles), |b| {
-            b.iter(|| points.iter().filter(|p| solid.contains(**p)).count());
+        let points = uniform(1000, 0.09, 1);
+        let points = space_filling_order(&points).apply(&points);
+        time(&mut group, "winding", triangles, || {
+            points.iter().filter(|p| solid.contains(**p)).count()
         });
-        group.bench_function(BenchmarkId::new("signed_distance", triangles), |b| {
-            b.iter(|| {
-                points
-                    .iter()
-                    .map(|p| solid.signed_distance(*p))
-                    .sum::<f64>()
-            });
+        time(&mut group, "signed_distance", triangles, || {
+            let distances = points.iter().map(|p| solid.signed_distance(*p));
+            distances.sum::<f64>()
         });
     }
-    group.finish();
 }
 
 fn stuffing(c: &mut Criterion) {
@@ -70,16 +67,14 @@ fn stuffing(c: &mut Criterion) {
         for nodes in [1_000, 10_000, 100_000] {
             let settings = SampleSettings::nodes(nodes);
             group.throughput(Throughput::Elements(nodes as u64));
-            group.bench_function(BenchmarkId::new(*name, nodes), |b| {
-                b.iter(|| sample_tetrahedra(black_box(solid), &settings));
-            });
+            let fill = || sample_tetrahedra(black_box(solid), &settings);
+            time(&mut group, *name, nodes, fill);
         }
     }
-    group.finish();
     let settings = SampleSettings::default();
     let nodes = sample_tetrahedra(&bodies[0].1, &settings).expect("the liver is sampled");
-    c.bench_function("discretize/tetrahedra_edges/6000", |b| {
-        b.iter(|| tetrahedra_edges(nodes.positions.len(), black_box(&nodes.tetrahedra)));
+    time(&mut group, "edges", 6000, || {
+        tetrahedra_edges(nodes.positions.len(), black_box(&nodes.tetrahedra))
     });
 }
 
@@ -99,24 +94,20 @@ fn grading() -> Grading {
 }
 
 fn graded(c: &mut Criterion) {
-    let bodies = bodies();
-    let mut group = c.benchmark_group("discretize/octree");
-    group.sample_size(10);
-    for (name, solid) in &bodies {
-        for cell in [0.008, 0.004, 0.002] {
-            let tree = Octree::new(solid, cell, &grading(), 100_000_000);
-            let leaves = tree.expect("a spacing in range").leaves().len() as u64;
-            group.throughput(Throughput::Elements(leaves));
-            group.bench_function(BenchmarkId::new(*name, leaves), |b| {
-                b.iter(|| Octree::new(black_box(solid), cell, &grading(), 100_000_000));
-            });
-        }
-    }
-    group.finish();
-    for (kind, points) in [("graded_tetrahedra", false), ("points", true)] {
-        let mut group = c.benchmark_group(format!("discretize/{kind}"));
+    for (name, solid) in &bodies() {
+        let mut group = c.benchmark_group("discretize/octree");
         group.sample_size(10);
-        for (name, solid) in &bodies {
+        for cell in [0.008, 0.004, 0.002] {
+            let make = || Octree::new(black_box(solid), cell, &grading(), 100_000_000);
+            let leaves = make().expect("a spacing in range").leaves().len() as u64;
+            group.throughput(Throughput::Elements(leaves));
+            time(&mut group, *name, leaves, make);
+        }
+        drop(group);
+        for points in [false, true] {
+            let kind = ["graded_tetrahedra", "points"][usize::from(points)];
+            let mut group = c.benchmark_group(format!("discretize/{kind}"));
+            group.sample_size(10);
             for spacing in [0.012, 0.006, 0.003] {
                 let settings = SampleSettings {
                     target: SampleTarget::Spacing(spacing),
@@ -134,10 +125,9 @@ fn graded(c: &mut Criterion) {
                 };
                 let nodes = run().expect("the liver is sampled") as u64;
                 group.throughput(Throughput::Elements(nodes));
-                group.bench_function(BenchmarkId::new(*name, nodes), |b| b.iter(run));
+                time(&mut group, *name, nodes, run);
             }
         }
-        group.finish();
     }
 }
 
@@ -148,11 +138,9 @@ fn surfels(c: &mut Criterion) {
     group.sample_size(10);
     for count in [1_000, 10_000, 100_000] {
         group.throughput(Throughput::Elements(count as u64));
-        group.bench_function(BenchmarkId::new("liver", count), |b| {
-            b.iter(|| sample_surfels(black_box(&mesh), count, Some(&solid)));
-        });
+        let sample = || sample_surfels(black_box(&mesh), count, Some(&solid));
+        time(&mut group, "liver", count, sample);
     }
-    group.finish();
 }
 
 criterion_group!(benches, files, inside, stuffing, graded, surfels);

@@ -3,15 +3,18 @@
 //! Bodies are lattices along a Morton curve with 18 neighbours inside; throughput is counted in
 //! directed pairs, so `ns/pair` compares across sizes.
 
+mod time;
+
 use std::time::Duration;
 
-use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
 use phyxel_elastic::{
     Dilatation, Elastic, Fiber, Material, Materials, Nodes, PronyTerm, Settings, Stencils,
 };
 use testkit::block::Block;
 use testkit::cloud::Random;
+use time::{time, time_on_one};
 
 fn stencils(block: &Block) -> Stencils<'_> {
     let (weights, matrices) = (&block.weights, &block.matrices);
@@ -25,22 +28,16 @@ fn elastic(block: &Block, material: Material, settings: &Settings) -> Elastic {
     Elastic::new(&stencils(block), &nodes, &materials, settings).expect("a valid lattice")
 }
 
-/// A lattice of so many nodes a side, deformed positions, and room for forces.
+/// A lattice of so many nodes a side, positions stretched by 2 % and shaken, so that no product is zero by symmetry, and room
+/// for forces.
 fn lattice(side: usize) -> (Block, Vec<DVec3>, Vec<DVec3>) {
     let block = Block::eighteen([side; 3], 0.1);
-    let x = deformed(&block);
+    let mut random = Random::new(1);
+    let deformed = block.positions.iter();
+    let deformed = deformed.map(|x| *x * 1.02 + random.vector(0.002));
+    let x: Vec<DVec3> = deformed.collect();
     let forces = vec![DVec3::ZERO; x.len()];
     (block, x, forces)
-}
-
-/// Stretched by 2 % and shaken, so that no product is zero by symmetry.
-fn deformed(block: &Block) -> Vec<DVec3> {
-    let mut random = Random::new(1);
-    block
-        .positions
-        .iter()
-        .map(|x| *x * 1.02 + random.vector(0.002))
-        .collect()
 }
 
 fn pairs(body: &Elastic) -> Throughput {
@@ -50,25 +47,8 @@ fn pairs(body: &Elastic) -> Throughput {
 /// Nodes a side of the lattices: 1,000, 5,832, 97,336 and a million nodes.
 const SIDES: [usize; 4] = [10, 18, 46, 100];
 
-/// From 1e3 to 1e6 nodes on all threads.
-fn sizes(c: &mut Criterion) {
-    let mut group = c.benchmark_group("forces, all threads");
-    group.sample_size(10);
-    for side in SIDES {
-        let (block, x, mut f) = lattice(side);
-        let settings = Settings::default();
-        let mut body = elastic(&block, Material::neo_hookean(1e4, 0.4), &settings);
-        group.throughput(pairs(&body));
-        group.bench_function(BenchmarkId::new("Double", x.len()), |b| {
-            b.iter(|| body.forces_into(&x, &mut f));
-        });
-    }
-    group.finish();
-}
-
 /// Every law and option, forces and tangent products, from 1e3 to 1e6 nodes on one thread.
 fn laws(c: &mut Criterion) {
-    let one = testkit::pool(1);
     let neo = Material::neo_hookean(1e4, 0.4);
     let fiber = Fiber {
         direction: DVec3::X,
@@ -100,7 +80,7 @@ fn laws(c: &mut Criterion) {
         ("fibers", neo.with_fiber(fiber), plain),
         ("Prony series", neo.with_prony(&[term]), plain),
     ];
-    for (pass, products) in [("forces", false), ("tangent product", true)] {
+    for pass in ["forces", "tangent product"] {
         let mut group = c.benchmark_group(pass);
         // Ten evaluations of a million nodes take two seconds.
         group.sample_size(10);
@@ -108,25 +88,20 @@ fn laws(c: &mut Criterion) {
         group.measurement_time(Duration::from_secs(1));
         for side in SIDES {
             let (block, x, mut f) = lattice(side);
-            for (name, material, settings) in cases {
-                let mut body = elastic(&block, material, &settings);
+            for (name, material, settings) in &cases {
+                let mut body = elastic(&block, *material, settings);
                 body.begin_viscous_step(1e-3);
                 body.forces_into(&x, &mut f);
                 group.throughput(pairs(&body));
-                group.bench_function(BenchmarkId::new(name, x.len()), |b| {
-                    one.install(|| {
-                        b.iter(|| {
-                            if products {
-                                body.tangent_product_into(&x, &mut f);
-                            } else {
-                                body.forces_into(&x, &mut f);
-                            }
-                        });
-                    });
+                time_on_one(&mut group, *name, x.len(), || match pass {
+                    "forces" => body.forces_into(&x, &mut f),
+                    _ => {
+                        body.tangent_product_into(&x, &mut f);
+                        0.0
+                    }
                 });
             }
         }
-        group.finish();
     }
 }
 
@@ -136,88 +111,59 @@ fn setup(c: &mut Criterion) {
     group.sample_size(10);
     let (block, x, mut f) = lattice(18);
     let material = Material::neo_hookean(1e4, 0.4);
-    group.bench_function("new", |b| {
-        b.iter(|| elastic(&block, material, &Settings::default()));
-    });
-    let mut body = elastic(&block, material, &Settings::default());
+    let make = || elastic(&block, material, &Settings::default());
+    time(&mut group, "new", x.len(), make);
+    let mut body = make();
     let touched: Vec<u32> = (0..100).collect();
-    group.bench_function("update 100 rows", |b| {
-        b.iter(|| body.update_rows(&touched, &stencils(&block)));
-    });
+    let stencils = stencils(&block);
+    let update = || body.update_rows(&touched, &stencils);
+    time(&mut group, "update 100 rows", x.len(), update);
     body.forces_into(&x, &mut f);
-    group.bench_function("update 100 rows and evaluate what follows", |b| {
-        b.iter(|| {
-            body.update_rows(&touched, &stencils(&block))
-                .expect("valid rows");
-            body.forces_again(&x, &mut f)
-        });
+    let what = "update 100 rows and evaluate what follows";
+    time(&mut group, what, x.len(), || {
+        let updated = body.update_rows(&touched, &stencils);
+        updated.expect("valid rows");
+        body.forces_again(&x, &mut f)
     });
-    group.finish();
 }
 
-/// What scenes do besides forces and products, and forces of a body of which a half is held.
-fn beside(c: &mut Criterion) {
-    let one = testkit::pool(1);
-    let mut group = c.benchmark_group("beside");
+/// Forces on all threads; both passes of an evaluation alone; what scenes do besides forces and products; forces of a body
+/// of which a half is held.
+fn parts(c: &mut Criterion) {
+    let mut group = c.benchmark_group("parts");
     group.sample_size(10);
     for side in SIDES {
         let (block, mut x, mut f) = lattice(side);
         let n = x.len();
         let material = Material::neo_hookean(1e4, 0.4);
         let mut body = elastic(&block, material, &Settings::default());
+        group.throughput(pairs(&body));
+        let forces = || body.forces_into(&x, &mut f);
+        time(&mut group, "forces, all threads", n, forces);
+        let one = || body.pass_one(&x, &mut f);
+        time_on_one(&mut group, "first pass", n, one);
+        time_on_one(&mut group, "second pass", n, || body.pass_two(&mut f));
         let masses: Vec<f64> = block.volumes.iter().map(|v| 1e3 * v).collect();
         body.watch_stiffness(&masses);
-        let middle = 0.05 * f64::from(u32::try_from(side).expect("small"));
-        let is_held = |x: &DVec3| x.z < middle;
-        for (x, rest) in x.iter_mut().zip(&block.positions) {
-            if is_held(rest) {
+        let middle = 0.05 * side as f64;
+        let mut held = Vec::new();
+        for (node, (x, rest)) in (0_u32..).zip(x.iter_mut().zip(&block.positions)) {
+            if rest.z < middle {
                 *x = *rest;
+                held.push(node);
             }
         }
+        let forces = || body.forces_into(&x, &mut f);
+        time_on_one(&mut group, "forces, watched", n, forces);
         group.throughput(Throughput::Elements(n as u64));
-        group.bench_function(BenchmarkId::new("forces, watched", n), |b| {
-            one.install(|| b.iter(|| body.forces_into(&x, &mut f)));
-        });
-        group.bench_function(BenchmarkId::new("gradients", n), |b| {
-            one.install(|| b.iter(|| body.deformation_gradients()));
-        });
-        group.bench_function(BenchmarkId::new("stiffest nodes", n), |b| {
-            one.install(|| b.iter(|| body.stiffest_nodes(8)));
-        });
-        let nodes = (0_u32..).zip(&block.positions);
-        let held = nodes.filter(|(_, x)| is_held(x)).map(|(at, _)| at);
-        body.set_held(&held.collect::<Vec<u32>>());
-        group.bench_function(BenchmarkId::new("forces, watched, half held", n), |b| {
-            one.install(|| b.iter(|| body.forces_into(&x, &mut f)));
-        });
-    }
-    group.finish();
-}
-
-/// The passes of an evaluation alone, and those of a product with the stiffness.
-fn passes(c: &mut Criterion) {
-    let one = testkit::pool(1);
-    let mut group = c.benchmark_group("passes");
-    group.sample_size(10);
-    for side in SIDES {
-        let (block, x, mut f) = lattice(side);
-        let n = x.len();
-        let settings = Settings::default();
-        let mut body = elastic(&block, Material::neo_hookean(1e4, 0.4), &settings);
+        time_on_one(&mut group, "gradients", n, || body.deformation_gradients());
+        time_on_one(&mut group, "stiffest nodes", n, || body.stiffest_nodes(8));
         group.throughput(pairs(&body));
-        group.bench_function(BenchmarkId::new("one, f64", n), |b| {
-            one.install(|| b.iter(|| body.pass_one(&x, &mut f)));
-        });
-        group.bench_function(BenchmarkId::new("two, f64", n), |b| {
-            one.install(|| b.iter(|| body.pass_two(&mut f)));
-        });
-        body.forces_into(&x, &mut f);
-        group.bench_function(BenchmarkId::new("product, f64", n), |b| {
-            one.install(|| b.iter(|| body.tangent_product_into(&x, &mut f)));
-        });
+        body.set_held(&held);
+        let forces = || body.forces_into(&x, &mut f);
+        time_on_one(&mut group, "forces, watched, half held", n, forces);
     }
-    group.finish();
 }
 
-criterion_group!(benches, sizes, laws, setup, beside, passes);
+criterion_group!(benches, laws, setup, parts);
 criterion_main!(benches);

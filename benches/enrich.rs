@@ -7,6 +7,8 @@
     reason = "benchmark inputs are small and valid"
 )]
 
+mod time;
+
 use std::hint::black_box;
 use std::ops::Range;
 
@@ -17,6 +19,7 @@ use phyxel_enrich::{
     Rule, connected_pieces, grid_pair_factors,
 };
 use testkit::cloud;
+use time::time;
 
 const SIDES: [usize; 3] = [10, 22, 46];
 
@@ -53,7 +56,8 @@ impl Block {
     }
 
     /// Factors that know of all of a cut.
-    fn cut(&self, mut factors: PairFactors, cuts: &Cuts) -> PairFactors {
+    fn cut(&self, rule: Rule, cuts: &Cuts) -> PairFactors {
+        let mut factors = self.factors(rule);
         self.update(&mut factors, cuts, 0..cuts.triangle_count());
         factors
     }
@@ -95,10 +99,9 @@ fn update(c: &mut Criterion) {
             ("visibility", Rule::Visibility),
         ] {
             let (mut cuts, stroke) = block.half_cut();
-            let before = block.cut(block.factors(rule), &cuts);
-            let new = cuts
-                .append(stroke, &block.blade((side / 2) as f64))
-                .unwrap();
+            let before = block.cut(rule, &cuts);
+            let edge = block.blade((side / 2) as f64);
+            let new = cuts.append(stroke, &edge).unwrap();
             // The state before is copied outside of the timed part.
             group.bench_function(BenchmarkId::new(name, block.x.len()), |b| {
                 b.iter_batched_ref(
@@ -109,7 +112,6 @@ fn update(c: &mut Criterion) {
             });
         }
     }
-    group.finish();
 }
 
 fn whole_cut(c: &mut Criterion) {
@@ -128,19 +130,11 @@ fn whole_cut(c: &mut Criterion) {
         let blades: Vec<[DVec3; 2]> = (0..side / 2).map(|k| block.blade(k as f64)).collect();
         let settings = GridSettings::for_spacing(1.0);
         let reach = vec![2.5; block.x.len()];
-        group.bench_function(BenchmarkId::new("grid", block.x.len()), |b| {
-            b.iter(|| {
-                let grid = EnrichmentGrid::from_blades(&blades, &settings).unwrap();
-                black_box(grid_pair_factors(
-                    &[grid],
-                    &block.graph(),
-                    &reach,
-                    GridForm::OneSidedMean,
-                ))
-            });
+        time(&mut group, "grid", block.x.len(), || {
+            let grid = EnrichmentGrid::from_blades(&blades, &settings).unwrap();
+            grid_pair_factors(&[grid], &block.graph(), &reach, GridForm::OneSidedMean)
         });
     }
-    group.finish();
 }
 
 fn queries(c: &mut Criterion) {
@@ -149,21 +143,19 @@ fn queries(c: &mut Criterion) {
         let block = Block::new(side, 0.1);
         let (cuts, _) = block.half_cut();
         let middle = DVec3::splat(0.5 * block.side);
-        let pairs: Vec<(DVec3, DVec3)> = cloud::uniform(1000, 0.4 * block.side, 9)
-            .into_iter()
-            .map(|p| (middle + p, middle + p + DVec3::new(0.3, 1.1, 0.2)))
-            .collect();
+        let pairs = cloud::uniform(1000, 0.4 * block.side, 9).into_iter();
+        let pairs = pairs.map(|p| (middle + p, middle + p + DVec3::new(0.3, 1.1, 0.2)));
+        let pairs: Vec<(DVec3, DVec3)> = pairs.collect();
         group.throughput(Throughput::Elements(1000));
-        group.bench_function(BenchmarkId::new("crosses", block.x.len()), |b| {
-            b.iter(|| pairs.iter().filter(|(p, q)| cuts.crosses(*p, *q)).count());
+        time(&mut group, "crosses", block.x.len(), || {
+            pairs.iter().filter(|(p, q)| cuts.crosses(*p, *q)).count()
         });
-        let factors = block.cut(block.factors(Rule::Diffraction), &cuts).to_vec();
+        let factors = block.cut(Rule::Diffraction, &cuts).to_vec();
         group.throughput(Throughput::Elements(block.x.len() as u64));
-        group.bench_function(BenchmarkId::new("connected_pieces", block.x.len()), |b| {
-            b.iter(|| connected_pieces(&block.offsets, &block.indices, black_box(&factors)));
+        time(&mut group, "connected_pieces", block.x.len(), || {
+            connected_pieces(&block.offsets, &block.indices, black_box(&factors))
         });
     }
-    group.finish();
 }
 
 criterion_group!(benches, update, whole_cut, queries);

@@ -2,9 +2,11 @@
 //! inverse map, each at 1e3, 1e4 and 1e5 nodes, on one thread and on all where it runs in parallel.
 #![allow(missing_docs, reason = "criterion emits undocumented functions")]
 
+mod time;
+
 use std::hint::black_box;
 
-use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::{DMat3, DVec3};
 use phyxel_mls::{
     Approximation, Basis, ConservativeSettings, Dimension, GradientStencils, KNearest, MaterialMap,
@@ -13,6 +15,7 @@ use phyxel_mls::{
 };
 use testkit::cloud::Random;
 use testkit::kuhn::{Block, kuhn_block};
+use time::{time, time_on_one};
 
 const CELLS: [(usize, u64); 3] = [(9, 1_000), (20, 9_261), (45, 97_336)];
 
@@ -42,112 +45,91 @@ fn conservative(
 
 fn search(c: &mut Criterion) {
     let mut group = c.benchmark_group("mls/search");
-    let one = testkit::pool(1);
+    group.sample_size(10);
     for (cells, nodes) in CELLS {
-        let (block, _) = body(cells);
-        group
-            .throughput(Throughput::Elements(nodes))
-            .sample_size(10);
-        group.bench_function(BenchmarkId::new("16 nearest, all threads", nodes), |b| {
-            b.iter(|| nearest(black_box(&block.positions)));
-        });
-        group.bench_function(BenchmarkId::new("16 nearest, one thread", nodes), |b| {
-            b.iter(|| one.install(|| nearest(black_box(&block.positions))));
-        });
-        group.bench_function(BenchmarkId::new("radius 1.6, all threads", nodes), |b| {
-            b.iter(|| within_radius(black_box(&block.positions), 1.6));
-        });
+        let x = body(cells).0.positions;
+        group.throughput(Throughput::Elements(nodes));
+        let find = || nearest(black_box(&x));
+        time(&mut group, "16 nearest, all threads", nodes, find);
+        time_on_one(&mut group, "16 nearest, one thread", nodes, find);
+        let find = || within_radius(black_box(&x), 1.6);
+        time(&mut group, "radius 1.6, all threads", nodes, find);
     }
 }
 
 fn weights(c: &mut Criterion) {
     let mut group = c.benchmark_group("mls/weights");
+    group.sample_size(20);
     for (cells, nodes) in CELLS {
         let (block, graph) = body(cells);
-        let found = nearest(&block.positions);
-        group
-            .throughput(Throughput::Elements(nodes))
-            .sample_size(20);
-        group.bench_function(BenchmarkId::new("polynomial", nodes), |b| {
-            let (radii, near) = (&found.support_radii, &found.neighborhoods);
-            b.iter(|| kernel_weights(black_box(&block.positions), radii, near));
+        let x = &block.positions;
+        let KNearest {
+            support_radii,
+            neighborhoods,
+            ..
+        } = nearest(x);
+        group.throughput(Throughput::Elements(nodes));
+        time(&mut group, "polynomial", nodes, || {
+            kernel_weights(black_box(x), &support_radii, &neighborhoods)
         });
-        group.bench_function(BenchmarkId::new("1/r2 on edges", nodes), |b| {
-            b.iter(|| inverse_square_weights(black_box(&block.positions), &graph));
-        });
+        let edges = || inverse_square_weights(black_box(x), &graph);
+        time(&mut group, "1/r2 on edges", nodes, edges);
     }
 }
 
 fn stencils(c: &mut Criterion) {
     let mut group = c.benchmark_group("mls/stencils");
-    let one = testkit::pool(1);
+    group.sample_size(10);
     for (cells, nodes) in CELLS {
         let (block, graph) = body(cells);
         let weights = inverse_square_weights(&block.positions, &graph);
-        group
-            .throughput(Throughput::Elements(nodes))
-            .sample_size(10);
+        group.throughput(Throughput::Elements(nodes));
         let plain =
             || GradientStencils::plain(black_box(&block.positions), &graph, weights.clone(), 1e-3);
-        group.bench_function(BenchmarkId::new("plain, all threads", nodes), |b| {
-            b.iter(plain);
-        });
-        group.bench_function(BenchmarkId::new("plain, one thread", nodes), |b| {
-            b.iter(|| one.install(plain));
-        });
+        time(&mut group, "plain, all threads", nodes, plain);
+        time_on_one(&mut group, "plain, one thread", nodes, plain);
         let settings = ConservativeSettings::default();
-        group.bench_function(BenchmarkId::new("conservative, all threads", nodes), |b| {
-            b.iter(|| conservative(&block, &graph, weights.clone(), &settings));
+        time(&mut group, "conservative, all threads", nodes, || {
+            conservative(&block, &graph, weights.clone(), &settings)
         });
     }
 }
 
 fn shape_functions(c: &mut Criterion) {
     let mut group = c.benchmark_group("mls/shape_functions");
+    group.sample_size(10);
     for (cells, nodes) in CELLS {
-        let (block, _) = body(cells);
-        let found = nearest(&block.positions);
-        let radii = vec![1.9; block.positions.len()];
-        group
-            .throughput(Throughput::Elements(nodes))
-            .sample_size(10);
+        let x = body(cells).0.positions;
+        let near = nearest(&x).neighborhoods;
+        let radii = vec![1.9; x.len()];
+        group.throughput(Throughput::Elements(nodes));
         for order in [Order::Constant, Order::Linear, Order::Quadratic] {
             let approximation = Approximation {
-                nodes: &block.positions,
+                nodes: &x,
                 support_radii: &radii,
                 basis: Basis::polynomial(order, Dimension::Three),
             };
             let mut scratch = ShapeScratch::default();
             let mut phi = [0.0; 16];
             let mut gradient = [DVec3::ZERO; 16];
-            group.bench_function(
-                BenchmarkId::new(format!("{order:?}, 16 nodes"), nodes),
-                |b| {
-                    b.iter(|| {
-                        let mut served = 0;
-                        for (i, &x) in block.positions.iter().enumerate() {
-                            let row = found.neighborhoods.row(i);
-                            let k = row.len();
-                            // Few rows of random nodes are singular for quadratics: both outcomes count.
-                            let made = approximation.shape_functions_into(
-                                black_box(x),
-                                row,
-                                &mut scratch,
-                                &mut phi[..k],
-                                &mut gradient[..k],
-                            );
-                            served += usize::from(made.is_ok());
-                        }
-                        served
-                    });
-                },
-            );
+            // Few rows of random nodes are singular for quadratics: both outcomes count.
+            let mut served = |(i, &at): (usize, &DVec3)| {
+                let row = near.row(i);
+                let (phi, gradient) = (&mut phi[..row.len()], &mut gradient[..row.len()]);
+                approximation
+                    .shape_functions_into(black_box(at), row, &mut scratch, phi, gradient)
+                    .is_ok()
+            };
+            time(&mut group, format!("{order:?}, 16 nodes"), nodes, || {
+                x.iter().enumerate().filter(|&node| served(node)).count()
+            });
         }
     }
 }
 
 fn partial_update(c: &mut Criterion) {
     let mut group = c.benchmark_group("mls/partial_update");
+    group.sample_size(20);
     for (cells, nodes) in CELLS {
         let (block, graph) = body(cells);
         let weights = inverse_square_weights(&block.positions, &graph);
@@ -157,20 +139,13 @@ fn partial_update(c: &mut Criterion) {
         };
         let mut stencils = conservative(&block, &graph, weights, &settings);
         let factors = vec![0.5; graph.pair_count()];
-        group.sample_size(20);
         // The same number of touched rows on every size: the time must not depend on the body's.
         for touched in [50_u32, 500] {
             let rows: Vec<u32> = (0..touched).collect();
             group.throughput(Throughput::Elements(u64::from(touched)));
-            group.bench_function(BenchmarkId::new(format!("{touched} rows"), nodes), |b| {
-                b.iter(|| {
-                    stencils.update_rows(
-                        &block.positions,
-                        &graph,
-                        |pair| black_box(&factors)[pair],
-                        &rows,
-                    )
-                });
+            time(&mut group, format!("{touched} rows"), nodes, || {
+                let factor = |pair| black_box(&factors)[pair];
+                stencils.update_rows(&block.positions, &graph, factor, &rows)
             });
         }
     }
@@ -178,6 +153,7 @@ fn partial_update(c: &mut Criterion) {
 
 fn inverse_map(c: &mut Criterion) {
     let mut group = c.benchmark_group("mls/inverse_map");
+    group.sample_size(10);
     for (cells, nodes) in CELLS {
         let (block, graph) = body(cells);
         let mean = mean_neighbor_distance(&block.positions, &graph);
@@ -191,25 +167,18 @@ fn inverse_map(c: &mut Criterion) {
             DMat3::from_cols(turn.x_axis, turn.y_axis, turn.z_axis + slope)
         };
         let gradients: Vec<DMat3> = block.positions.iter().map(|&x| gradient(x)).collect();
-        group.sample_size(10);
         group.throughput(Throughput::Elements(nodes));
-        group.bench_function(BenchmarkId::new("frame", nodes), |b| {
-            b.iter(|| map.frame(black_box(&moved), &gradients));
-        });
+        let make = || map.frame(black_box(&moved), &gradients);
+        time(&mut group, "frame", nodes, make);
         let frame = map.frame(&moved, &gradients).expect("finite motion");
         let mut random = Random::new(3);
-        let asked: Vec<DVec3> = (0..200)
-            .map(|_| twist(DVec3::splat(0.5) * 9.0 + random.vector(4.0)))
-            .collect();
+        let mut asked = || twist(DVec3::splat(0.5) * 9.0 + random.vector(4.0));
+        let asked: Vec<DVec3> = (0..200).map(|_| asked()).collect();
         group.throughput(Throughput::Elements(200));
-        group.bench_function(BenchmarkId::new("200 points", nodes), |b| {
-            b.iter(|| {
-                asked
-                    .iter()
-                    .filter_map(|&x| frame.preimage(x, 0.1, &|_, _| true))
-                    .map(|found| found.position)
-                    .sum::<DVec3>()
-            });
+        time(&mut group, "200 points", nodes, || {
+            let found = |&x: &DVec3| frame.preimage(x, 0.1, &|_, _| true);
+            let found = asked.iter().filter_map(found);
+            found.map(|found| found.position).sum::<DVec3>()
         });
     }
 }

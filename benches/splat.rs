@@ -1,89 +1,57 @@
 //! Stages of a frame: radii, binding, carrying, drawing, the picture's file, a cut with its skin and clips.
 #![allow(missing_docs, reason = "criterion emits undocumented functions")]
 
-use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+mod time;
+
+use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::{DMat3, DVec3, Vec3};
 use phyxel_splat::{
     Camera, CutSampler, DrawMode, RenderSettings, Renderer, Splats, Tissue, TissueSettings,
     TissueTexture, covering_radii,
 };
 use std::hint::black_box;
-use testkit::cloud::golden_sphere;
+use testkit::cloud::{golden_sphere, lattice};
+use time::time;
 
 /// A sphere of radius 0.1 m on a golden spiral, in 8,000 nodes.
 fn sphere(n: u32) -> (Tissue, Vec<DVec3>) {
     let normals = golden_sphere(n);
     let x: Vec<DVec3> = normals.iter().map(|p| *p * 0.1).collect();
     let areas = vec![4.0 * std::f64::consts::PI * 0.01 / f64::from(n); x.len()];
-    let mut nodes = Vec::new();
-    for i in 0..20_i32.pow(3) {
-        let p = DVec3::new(
-            f64::from(i % 20),
-            f64::from(i / 20 % 20),
-            f64::from(i / 400),
-        );
-        nodes.push((p - 9.5) * 0.01);
-    }
+    let nodes = lattice([20; 3], 1.0, 0.0, 0);
+    let nodes: Vec<DVec3> = nodes.iter().map(|p| (*p - 9.5) * 0.01).collect();
     let tissue = Tissue::new(&x, &normals, &areas, &nodes, &TissueSettings::default());
     (tissue.expect("a sphere binds"), nodes)
 }
 
 const SIZES: [u32; 3] = [1_000, 10_000, 100_000];
 
-fn radii(c: &mut Criterion) {
-    let mut group = c.benchmark_group("splat/covering_radii");
-    group.sample_size(10);
-    for n in SIZES {
-        let (tissue, _) = sphere(n);
-        let s = tissue.surfels();
-        group.throughput(Throughput::Elements(u64::from(n)));
-        group.bench_function(BenchmarkId::new("all", n), |b| {
-            b.iter(|| black_box(covering_radii(&s.positions, &s.normals)));
-        });
-    }
-    group.finish();
-}
-
-/// Radii, shape operators, clips at edges and the nodes of every surfel.
-fn bind(c: &mut Criterion) {
-    let mut group = c.benchmark_group("splat/bind");
-    group.sample_size(10);
+/// Radii alone; radii, shape operators, clips at edges and the nodes of every surfel; what moves them.
+fn stages(c: &mut Criterion) {
+    let mut group = c.benchmark_group("splat/stages");
+    group.sample_size(20);
     for n in SIZES {
         let (tissue, nodes) = sphere(n);
         let (s, settings) = (tissue.surfels(), TissueSettings::default());
         group.throughput(Throughput::Elements(u64::from(n)));
-        group.bench_function(BenchmarkId::new("8 nodes", n), |b| {
-            b.iter(|| Tissue::new(&s.positions, &s.normals, &s.areas, &nodes, &settings));
-        });
-    }
-    group.finish();
-}
-
-fn carry(c: &mut Criterion) {
-    let mut group = c.benchmark_group("splat/carry");
-    for n in SIZES {
-        let (tissue, nodes) = sphere(n);
+        let radii = || covering_radii(&s.positions, &s.normals);
+        time(&mut group, "radii", n, radii);
+        let bind = || Tissue::new(&s.positions, &s.normals, &s.areas, &nodes, &settings);
+        time(&mut group, "bind to 8 nodes", n, bind);
         let gradients = vec![DMat3::from_rotation_x(0.1); nodes.len()];
         let mut splats = Splats::default();
-        group.throughput(Throughput::Elements(u64::from(n)));
-        group.bench_function(BenchmarkId::new("8 nodes", n), |b| {
-            b.iter(|| tissue.carry_into(black_box(&nodes), &gradients, &mut splats));
+        time(&mut group, "carry by 8 nodes", n, || {
+            tissue.carry_into(black_box(&nodes), &gradients, &mut splats);
         });
     }
-    group.finish();
 }
 
 fn draw(c: &mut Criterion) {
     let mut group = c.benchmark_group("splat/draw_1280x720");
     group.sample_size(10);
     let half = DVec3::splat(0.1);
-    let camera = Camera::framing(
-        -half,
-        half,
-        DVec3::new(-0.3, -0.5, -1.0),
-        DVec3::Y,
-        16.0 / 9.0,
-    );
+    let view = DVec3::new(-0.3, -0.5, -1.0);
+    let camera = Camera::framing(-half, half, view, DVec3::Y, 16.0 / 9.0);
     for n in SIZES {
         let (tissue, _) = sphere(n);
         let splats = Splats::at_rest(tissue.surfels());
@@ -101,9 +69,7 @@ fn draw(c: &mut Criterion) {
                 ..RenderSettings::default()
             });
             let view = tissue.view(&splats, &colors);
-            group.bench_function(BenchmarkId::new(name, n), |b| {
-                b.iter(|| black_box(renderer.draw(&view, &[], &camera)));
-            });
+            time(&mut group, name, n, || renderer.draw(&view, &[], &camera));
         }
     }
     let (tissue, _) = sphere(10_000);
@@ -111,13 +77,10 @@ fn draw(c: &mut Criterion) {
     let colors = TissueTexture::liver(0.2).colors(tissue.surfels());
     let mut renderer = Renderer::new(RenderSettings::default());
     let frame = renderer.draw(&tissue.view(&splats, &colors), &[], &camera);
-    group.bench_function("PNG", |b| {
-        b.iter(|| {
-            let mut file = Vec::new();
-            frame.write_png(&mut file).map(|()| file)
-        });
+    time(&mut group, "PNG", 10_000, || {
+        let mut file = Vec::new();
+        frame.write_png(&mut file).map(|()| file)
     });
-    group.finish();
 }
 
 fn cut(c: &mut Criterion) {
@@ -136,23 +99,15 @@ fn cut(c: &mut Criterion) {
     for n in SIZES {
         let (tissue, _) = sphere(n);
         group.bench_function(BenchmarkId::new("one strip", n), |b| {
-            b.iter_batched_ref(
-                || tissue.clone(),
-                |tissue| {
-                    tissue
-                        .cut(&strip, &inside, &crosses)
-                        .expect("finite triangles")
-                },
-                criterion::BatchSize::LargeInput,
-            );
+            let cut = |tissue: &mut Tissue| tissue.cut(&strip, &inside, &crosses);
+            b.iter_batched_ref(|| tissue.clone(), cut, BatchSize::LargeInput);
         });
     }
-    group.bench_function("10,000 samples", |b| {
-        let big = strip.map(|t| t.map(|p| p * 10.0));
-        b.iter(|| black_box(CutSampler::new(10_000.0 / 0.18).points(&big)));
+    let big = strip.map(|t| t.map(|p| p * 10.0));
+    time(&mut group, "samples", 10_000, || {
+        CutSampler::new(10_000.0 / 0.18).points(&big)
     });
-    group.finish();
 }
 
-criterion_group!(benches, radii, bind, carry, draw, cut);
+criterion_group!(benches, stages, draw, cut);
 criterion_main!(benches);

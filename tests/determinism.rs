@@ -7,6 +7,8 @@ use phyxel::scene::Scene;
 use phyxel_cli::output::{Interrupt, read_checkpoint, read_input};
 use phyxel_cli::run::{CHECKPOINT, RunError, RunOptions, RunState, Summary, replay, resume, run};
 
+use crate::Files;
+
 /// A block that hangs, is cut through and pushed while it settles into motion, touches itself, and is drawn.
 const SCENE: &str = include_str!("determinism.ron");
 
@@ -28,18 +30,14 @@ fn results(summary: &Summary, folder: &Path) -> Files {
     assert!(unexplained < 1e-2, "the audit closes");
     let freed = cuts.strokes.iter().map(|stroke| stroke.energy);
     let freed = freed.map(|energy| energy.released - energy.added - energy.decay);
-    let (freed, whole) = (
-        freed.sum::<f64>(),
-        summary.bodies[0].energy.released_by_cuts,
-    );
+    let freed: f64 = freed.sum();
+    let whole = summary.bodies[0].energy.released_by_cuts;
     assert!(
         (freed - whole).abs() <= 1e-9 * whole.abs(),
         "strokes free {freed} J, all cuts {whole} J: {cuts:?}"
     );
-    let mut json = serde_json::to_value(summary).expect("a summary is JSON");
-    json.as_object_mut().expect("an object").remove("timings");
-    let mut files = vec![("summary".to_owned(), json.to_string().into_bytes())];
     assert!(summary.tools[0].largest_force > 0.01, "the tool pushes");
+    let files = crate::files(summary, folder, &["summary.json"]);
     for name in [
         "history.csv",
         "tools.csv",
@@ -49,31 +47,15 @@ fn results(summary: &Summary, folder: &Path) -> Files {
         CHECKPOINT,
         "final-block.vtk",
         "final-block.ply",
+        "frames/frame-00000.png",
         "states/block-00003.vtk",
         "states/block-00007.ply",
         "states/block.vtk.series",
     ] {
-        let content = std::fs::read(folder.join(name)).expect("the run wrote it");
-        files.push((name.to_owned(), content));
+        assert!(files.contains_key(name), "no {name}: {:?}", files.keys());
     }
-    let frames = std::fs::read_dir(folder.join("frames")).expect("the run drew frames");
-    for frame in frames {
-        let path = frame.expect("a file").path();
-        let content = std::fs::read(&path).expect("a readable frame");
-        files.push((
-            path.file_name()
-                .expect("a name")
-                .to_string_lossy()
-                .into_owned(),
-            content,
-        ));
-    }
-    files.sort();
     files
 }
-
-/// Files of a run by name.
-type Files = Vec<(String, Vec<u8>)>;
 
 /// A run in one go on one thread, once for all tests: its files, and how often it looked for an interrupt.
 static WHOLE: LazyLock<(Files, u64)> = LazyLock::new(|| {
@@ -102,11 +84,10 @@ fn two_threads_and_a_second_run_write_the_bits_of_one() {
     }
 }
 
-fn same(label: &str, a: &[(String, Vec<u8>)], b: &[(String, Vec<u8>)]) {
-    assert_eq!(a.len(), b.len(), "{label}: as many files");
-    for ((name, a), (other_name, b)) in a.iter().zip(b) {
-        assert_eq!(name, other_name);
-        assert!(a == b, "{label}: {name} differs");
+fn same(label: &str, a: &Files, b: &Files) {
+    assert_eq!(a.len(), b.len(), "{label}: {:?}, {:?}", a.keys(), b.keys());
+    for (name, content) in a {
+        assert!(b.get(name) == Some(content), "{label}: {name} differs");
     }
 }
 
@@ -136,9 +117,8 @@ fn a_replayed_run_writes_the_bits_of_the_run_that_was_recorded() {
     let root = tempfile::tempdir().expect("a temporary folder");
     let first = &WHOLE.0;
     let mut still = scene();
-    let recorded = first.iter().find(|(name, _)| name == "input.csv");
     let file = root.path().join("input.csv");
-    std::fs::write(&file, &recorded.expect("the run wrote it").1).expect("it can be written");
+    std::fs::write(&file, &first["input.csv"]).expect("it can be written");
     let inputs = read_input(&file, &still).expect("it reads");
     assert!(inputs.len() > 100, "{} inputs", inputs.len());
     for key in &mut still.cuts[0].path {
@@ -146,10 +126,11 @@ fn a_replayed_run_writes_the_bits_of_the_run_that_was_recorded() {
     }
     still.tools[0].path.truncate(1);
     // Where the blade's picture is comes from the scene, and so does that of a checkpoint.
-    let same_but_frames = |files: &[(String, Vec<u8>)]| -> Files {
-        let of_scene = |name: &str| name.ends_with(".png") || name == CHECKPOINT;
-        let kept = files.iter().filter(|(name, _)| !of_scene(name));
-        kept.cloned().collect()
+    let same_but_frames = |files: &Files| -> Files {
+        let of_scene = ["scene.ron", CHECKPOINT];
+        let mut files = files.clone();
+        files.retain(|name, _| !name.ends_with(".png") && !of_scene.contains(&&**name));
+        files
     };
     let folder = root.path().join("again");
     let summary = replay(&still, inputs, &RunOptions::quiet(&folder, 2)).expect("it runs");

@@ -66,10 +66,8 @@ fn liver_is_conservative_and_consistent() {
         let edges = Neighborhoods::from_graph(offsets, indices).unwrap();
         let (positions, boundary) = (&nodes.positions, &nodes.boundary_vectors);
         let (graph, stencils) = stencils_of(positions, &nodes.volumes, boundary, &edges);
-        let worst = stencils
-            .ranks
-            .iter()
-            .fold(0.0_f64, |m, r| m.max(r.condition));
+        let conditions = stencils.ranks.iter().map(|rank| rank.condition);
+        let worst = conditions.fold(0.0, f64::max);
         println!(
             "liver, {} nodes, {} pairs ({} added): {:?}, condition {worst:.0}",
             positions.len(),

@@ -14,6 +14,8 @@ use phyxel::World;
 use phyxel_cli::run::{RunOptions, run};
 use phyxel_scene::{Override, key_reference};
 
+use crate::Files;
+
 /// A fixed block that is pressed and cut, with pictures.
 const SCENE: &str = include_str!("scene_keys/scene.ron");
 
@@ -22,64 +24,28 @@ const SCENE: &str = include_str!("scene_keys/scene.ron");
 const ROWS: &str = include_str!("scene_keys/rows.txt");
 
 /// Keys that no result of a run depends on, and where they are tested.
-const ELSEWHERE: [(&str, &str); 5] = [
-    (
-        "Shape.Mesh.largest_hole",
-        "sim/app/tests/cli: an open mesh is refused with the value that closes it",
-    ),
-    (
-        "Scene.version",
-        "sim/app/tests/cli: other versions are refused",
-    ),
-    ("Scene.description", "for people"),
-    (
-        "Sampling.limit",
-        "sim/app/tests/cli: more nodes are refused",
-    ),
-    (
-        "Observe.checkpoint",
-        "tests/determinism.rs: runs resume from checkpoints",
-    ),
-];
-
-type Files = BTreeMap<String, Vec<u8>>;
+const ELSEWHERE: &str = "\
+Shape.Mesh.largest_hole, sim/app/tests/cli: an open mesh is refused with the value that closes it
+Scene.version, sim/app/tests/cli: other versions are refused
+Scene.description, for people
+Sampling.limit, sim/app/tests/cli: more nodes are refused
+Observe.checkpoint, tests/determinism.rs: runs resume from checkpoints";
 
 /// Files of a run by name, but for what says how long it took or repeats the scene.
 fn results(changes: &[&str], shelf: &Path) -> Result<Files, String> {
     let shelf_name = shelf.to_str().expect("a plain path");
-    let changes: Vec<Override> = changes
-        .iter()
-        .map(|change| change.trim())
-        .filter(|change| !change.is_empty())
-        .map(|change| {
-            Override::parse(&change.replace("SHELF", shelf_name)).expect("it is an override")
-        })
-        .collect();
-    let scene = phyxel_scene::from_text(SCENE, "test", shelf, &changes)
-        .map_err(|error| error.to_string())?;
+    let changes = changes.iter().map(|change| change.trim());
+    let changes = changes.filter(|change| !change.is_empty());
+    let parsed = |change: &str| Override::parse(&change.replace("SHELF", shelf_name));
+    let changes: Result<Vec<Override>, _> = changes.map(parsed).collect();
+    let changes = changes.expect("they are overrides");
+    let scene = phyxel_scene::from_text(SCENE, "test", shelf, &changes);
+    let scene = scene.map_err(|error| error.to_string())?;
     let folder = tempfile::tempdir().expect("a temporary folder");
     let options = RunOptions::quiet(folder.path(), 1);
     let summary = run(&scene, &options).map_err(|error| error.to_string())?;
-    let mut json = serde_json::to_value(&summary).expect("a summary is JSON");
-    json.as_object_mut().expect("an object").remove("timings");
-    let mut files = BTreeMap::from([("summary".to_owned(), json.to_string().into_bytes())]);
-    let mut folders = vec![folder.path().to_owned()];
-    while let Some(next) = folders.pop() {
-        for entry in std::fs::read_dir(next).expect("a folder") {
-            let path = entry.expect("an entry").path();
-            let name = path
-                .strip_prefix(folder.path())
-                .expect("below the folder")
-                .to_string_lossy()
-                .into_owned();
-            if path.is_dir() {
-                folders.push(path);
-            } else if !["scene.ron", "summary.json", "state.checkpoint"].contains(&&*name) {
-                files.insert(name, std::fs::read(&path).expect("a file"));
-            }
-        }
-    }
-    Ok(files)
+    let repeated = ["scene.ron", "summary.json", "state.checkpoint"];
+    Ok(crate::files(&summary, folder.path(), &repeated))
 }
 
 /// How far the lowest nodes of a column 0.08 m high lie below their positions at rest (m), in the mean.
@@ -96,14 +62,12 @@ fn sag(world: &World) -> f64 {
 
 /// Files that scenes name: a lopsided closed mesh, points of the block's surface and two images.
 fn fill(shelf: &Path) {
+    let skin = points_on_box(DVec3::new(0.05, 0.04, 0.04), 5e-3);
     for (name, content) in [
         ("block.obj", include_str!("scene_keys/block.obj")),
         ("textured.obj", include_str!("scene_keys/textured.obj")),
         ("block.mtl", "newmtl skin\nmap_Kd one.png\n"),
-        (
-            "block.xyz",
-            &points_on_box(DVec3::new(0.05, 0.04, 0.04), 5e-3),
-        ),
+        ("block.xyz", &skin),
     ] {
         std::fs::write(shelf.join(name), content).expect("it can be written");
     }
@@ -134,10 +98,8 @@ fn points_on_box(size: DVec3, apart: f64) -> String {
                     x[u] = (a / counts[0] - 0.5) * size[u];
                     x[v] = (b / counts[1] - 0.5) * size[v];
                     normal[axis] = sign;
-                    text.push_str(&format!(
-                        "{} {} {} {} {} {}\n",
-                        x.x, x.y, x.z, normal.x, normal.y, normal.z
-                    ));
+                    let line = [x, normal].map(|v| format!("{} {} {}", v.x, v.y, v.z));
+                    text += &(line.join(" ") + "\n");
                 }
                 b += 1.0;
             }
@@ -187,10 +149,8 @@ fn each_key_has_an_effect_and_each_default_has_none() {
     let shelf = tempfile::tempdir().expect("a temporary folder");
     fill(shelf.path());
     let rows = rows();
-    let asked: BTreeSet<Vec<&str>> = rows
-        .iter()
-        .flat_map(|row| [row.both.clone(), row.all()])
-        .collect();
+    let asked = rows.iter().flat_map(|row| [row.both.clone(), row.all()]);
+    let asked: BTreeSet<Vec<&str>> = asked.collect();
     // Threads that take the next: in a pool, a run that waits for its own tasks would begin others within itself.
     let (next, found) = (Mutex::new(asked.into_iter()), Mutex::new(BTreeMap::new()));
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
@@ -258,14 +218,10 @@ fn no_key_is_left_out() {
     assert!(all.len() > 180, "{} keys are documented", all.len());
     let rows = rows();
     let tested = rows.iter().flat_map(|row| row.keys.iter().copied());
-    let tested: BTreeSet<String> = tested
-        .chain(ELSEWHERE.iter().map(|(key, _)| *key))
-        .map(str::to_owned)
-        .collect();
+    let elsewhere = ELSEWHERE.lines().filter_map(|line| line.split(',').next());
+    let tested: BTreeSet<String> = tested.chain(elsewhere).map(str::to_owned).collect();
     let missing: Vec<_> = all.difference(&tested).collect();
     let unknown: Vec<_> = tested.difference(&all).collect();
-    assert!(
-        missing.is_empty() && unknown.is_empty(),
-        "without a row: {missing:?}; of no key: {unknown:?}"
-    );
+    assert!(missing.is_empty(), "without a row: {missing:?}");
+    assert!(unknown.is_empty(), "of no key: {unknown:?}");
 }

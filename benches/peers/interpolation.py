@@ -78,7 +78,7 @@ def compadre(module, order, factor):
 
 
 subprocess.run(
-    ["cargo", "run", "--quiet", "--release", "-p", "benches", "--example", "scattered"], check=True
+    ["cargo", "run", "--quiet", "--release", "-p", "benches", "--", "prove", "scattered"], check=True
 )
 nodes, queries = points(10_000, 1), points(100_000, 2)
 values = field(nodes)

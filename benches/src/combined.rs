@@ -30,25 +30,22 @@ pub(crate) fn body(random: &mut Random) -> Result<(Body, DVec3, Region), StudyEr
     files.retain(|file| !file.ends_with(THIN));
     let (shape, half) = match (random.bits() % 4, files.as_slice()) {
         (0, _) | (3, []) => (Shape::Ellipsoid { radii: half }, half),
-        (1, _) => (
-            Shape::Capsule { from, to, radius },
-            round + DVec3::Z * radius,
-        ),
+        (1, _) => {
+            let half = round + DVec3::Z * radius;
+            (Shape::Capsule { from, to, radius }, half)
+        }
         (2, _) => {
             let inner_radius = radius * random.range(0.3, 0.6);
-            let outer_radius = radius;
-            (
-                Shape::Tube {
-                    from,
-                    to,
-                    inner_radius,
-                    outer_radius,
-                },
-                round,
-            )
+            let tube = Shape::Tube {
+                from,
+                to,
+                inner_radius,
+                outer_radius: radius,
+            };
+            (tube, round)
         }
         (_, files) => {
-            let (mut shape, bounds) = tissue(&files[choice(random, files.len())])?;
+            let (mut shape, bounds) = tissue(&files[random.below(files.len())])?;
             let by = random.range(0.08, 0.16) / bounds.size().max_element();
             if let Shape::Mesh { scale, .. } = &mut shape {
                 *scale *= by;
@@ -66,22 +63,13 @@ pub(crate) fn body(random: &mut Random) -> Result<(Body, DVec3, Region), StudyEr
     Ok((body, half, region))
 }
 
-fn choice(random: &mut Random, count: usize) -> usize {
-    (random.bits() % count as u64) as usize
-}
-
-/// Whether a thing that so large a share of the scenes has is there.
-fn has(random: &mut Random, share: f64) -> bool {
-    random.unit() < share
-}
-
 /// All else that a scene with one body of such half extents (m) can say.
 pub(crate) fn combine(random: &mut Random, half: DVec3, scene: &mut Scene) {
     law(random, half, &mut scene.bodies[0]);
     sampling(random, half, &mut scene.bodies[0]);
     blades(random, scene);
     let end = scene.integration.duration;
-    if has(random, 0.25) {
+    if random.chance(0.25) {
         let path = there_and_back(random, end, 0.15 * half.min_element(), 15.0, DVec3::ZERO);
         scene.supports[0].motion = SupportMotion::Driven { path };
     }
@@ -100,24 +88,24 @@ pub(crate) fn combine(random: &mut Random, half: DVec3, scene: &mut Scene) {
         scene.integration.duration = scene.cuts.last().map_or(0.5, Cut::end) + 0.4;
     }
     let end = scene.integration.duration;
-    if has(random, 0.3) {
+    if random.chance(0.3) {
         scene.integration.step_factor = random.range(0.3, 0.8);
     }
-    if explicit && has(random, 0.2) {
+    if explicit && random.chance(0.2) {
         scene.bodies[0].damping_ratio = random.range(0.05, 0.5);
     }
     scene.bodies[0].damping = between_log(random, [0.2, 10.0]);
-    if has(random, 0.35) {
+    if random.chance(0.35) {
         scene.tools.push(tool(random, half, end, explicit));
     }
     match &mut scene.integration.settle {
-        settle if has(random, 0.15) => *settle = None,
-        Some(settle) if scene.tools.is_empty() && has(random, 0.25) => {
+        settle if random.chance(0.15) => *settle = None,
+        Some(settle) if scene.tools.is_empty() && random.chance(0.25) => {
             settle.rest = Rest::Equilibrium;
         }
         _ => {}
     }
-    if explicit && has(random, 0.25) {
+    if explicit && random.chance(0.25) {
         scene.contact = Some(BodyContact {
             friction: random.range(0.0, 0.8),
             ..BodyContact::default()
@@ -143,13 +131,13 @@ fn law(random: &mut Random, half: DVec3, body: &mut Body) {
         },
         _ => Model::StableNeoHookean,
     };
-    if has(random, 0.2) && material.model != Model::SaintVenantKirchhoff {
+    if random.chance(0.2) && material.model != Model::SaintVenantKirchhoff {
         material.dilatation = Dilatation::Mean;
     }
-    if has(random, 0.1) {
+    if random.chance(0.1) {
         material.volume_constant = modulus * between_log(random, [0.1, 10.0]);
     }
-    if has(random, 0.25) {
+    if random.chance(0.25) {
         material.fiber = Some(Fiber {
             direction: direction(random),
             stiffness: modulus * between_log(random, [0.1, 3.0]),
@@ -157,24 +145,21 @@ fn law(random: &mut Random, half: DVec3, body: &mut Body) {
             dispersion: random.range(0.0, 0.3),
         });
     }
-    for _ in 0..if has(random, 0.3) {
-        1 + random.bits() % 2
-    } else {
-        0
-    } {
+    let terms = random.chance(0.3).then(|| 1 + random.bits() % 2);
+    for _ in 0..terms.unwrap_or(0) {
         material.viscosity.push(PronyTerm {
             ratio: between_log(random, [0.05, 2.0]),
             relaxation_time: between_log(random, [1e-3, 10.0]),
         });
     }
-    if has(random, 0.25) {
+    if random.chance(0.25) {
         let center = half * random.vector(0.5);
         let radius = half.min_element() * random.range(0.4, 0.9);
         body.inclusions.push(Inclusion {
             region: Region::Sphere { center, radius },
             youngs_modulus: Some(modulus * between_log(random, [0.1, 10.0])),
-            poissons_ratio: has(random, 0.5).then(|| random.range(0.3, 0.49)),
-            density: has(random, 0.3).then(|| random.range(900.0, 1300.0)),
+            poissons_ratio: random.chance(0.5).then(|| random.range(0.3, 0.49)),
+            density: random.chance(0.3).then(|| random.range(900.0, 1300.0)),
             fiber: None,
         });
     }
@@ -182,13 +167,13 @@ fn law(random: &mut Random, half: DVec3, body: &mut Body) {
 
 fn sampling(random: &mut Random, half: DVec3, body: &mut Body) {
     let sampling = &mut body.sampling;
-    if has(random, 0.1) {
+    if random.chance(0.1) {
         sampling.form = Form::Points;
     }
-    if has(random, 0.2) {
+    if random.chance(0.2) {
         sampling.coarsest = random.range(1.5, 4.0);
     }
-    if has(random, 0.2) {
+    if random.chance(0.2) {
         let from = half * random.vector(0.6);
         sampling.refine.push(Refinement {
             from,
@@ -201,16 +186,16 @@ fn sampling(random: &mut Random, half: DVec3, body: &mut Body) {
 
 /// Bends the blades' edges and captures them more or less often; some scenes have none.
 fn blades(random: &mut Random, scene: &mut Scene) {
-    if has(random, 0.1) {
+    if random.chance(0.1) {
         scene.cuts.clear();
     }
     for cut in &mut scene.cuts {
-        if has(random, 0.4) {
+        if random.chance(0.4) {
             let way = cut.edge[0].distance(cut.edge[1]);
             let bend = direction(random) * (way * random.range(0.0, 0.2));
             cut.edge.insert(1, cut.edge[0].midpoint(cut.edge[1]) + bend);
         }
-        if has(random, 0.3) {
+        if random.chance(0.3) {
             cut.capture = Capture::Spacing(between_log(random, [0.05, 0.3]));
         }
     }
@@ -236,7 +221,7 @@ fn there_and_back(random: &mut Random, end: f64, way: f64, turn: f64, from: DVec
 /// A ball or rod that is pushed into the body from below and drawn out again, or one that is let go beside it.
 fn tool(random: &mut Random, half: DVec3, end: f64, released: bool) -> Tool {
     let radius = half.min_element() * random.range(0.2, 0.5);
-    let shape = if has(random, 0.5) {
+    let shape = if random.chance(0.5) {
         ToolShape::Sphere { radius }
     } else {
         let along = DVec3::Y * (0.5 * half.y);
@@ -249,7 +234,7 @@ fn tool(random: &mut Random, half: DVec3, end: f64, released: bool) -> Tool {
     // Clear of the body at first; its box reaches as far as its half extents.
     let side = -direction(random).abs();
     let outside = side * (half.length() + radius);
-    if released && has(random, 0.3) {
+    if released && random.chance(0.3) {
         let mut tool = Tool::new(shape, vec![Key::new(0.0, outside)]);
         tool.friction = random.range(0.0, 0.8);
         tool.release = Some(Release {

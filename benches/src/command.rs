@@ -115,10 +115,10 @@ struct Page {
     quiet: bool,
 }
 
-/// Where the CSV file of one problem goes, and how much of it is computed.
+/// Where the CSV file goes, and how much of it is computed.
 #[derive(Debug, Args)]
 struct One {
-    /// The coarse bodies only.
+    /// The coarse bodies or a few small scenes only: the same code in a minute.
     #[arg(long)]
     quick: bool,
     /// Folder of the CSV file.
@@ -139,15 +139,11 @@ struct Batch {
     /// about three times as long.
     #[arg(long)]
     eigenvalues: bool,
-    /// A few small scenes only: the same code in a minute.
-    #[arg(long)]
-    quick: bool,
-    /// Folder of the CSV file.
-    #[arg(long, default_value = "out/benches", value_name = "DIR")]
-    out: PathBuf,
     /// List the scenes and run none.
     #[arg(long)]
     list: bool,
+    #[command(flatten)]
+    one: One,
 }
 
 /// The command line: every study is a command.
@@ -179,10 +175,10 @@ pub fn main() -> ExitCode {
     let (name, of_study) = matches
         .subcommand()
         .expect("a command is required of every command line");
-    let chosen: Vec<&Study> = STUDIES
+    let chosen = STUDIES
         .iter()
-        .filter(|study| name == ALL || name == study.name)
-        .collect();
+        .filter(|study| name == ALL || name == study.name);
+    let chosen: Vec<&Study> = chosen.collect();
     let done = if chosen.is_empty() {
         let verdict = Verdict::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
         run_verdict(verdict)
@@ -318,7 +314,7 @@ fn run_batch(
         }
         return Ok(true);
     }
-    let mut sheet = Sheet::create(&batch.out, file)?;
+    let mut sheet = Sheet::create(&batch.one.out, file)?;
     let options = Options {
         eigenvalues: batch.eigenvalues,
     };
@@ -333,7 +329,7 @@ fn run_batch(
 
 fn run_matrix(batch: &Batch) -> Result<bool, StudyError> {
     let mut cases = matrix::cases()?;
-    if batch.quick {
+    if batch.one.quick {
         cases.retain(|case| matrix::QUICK.contains(&&*case.name));
     }
     let seen = |rows: &[Row]| matrix::set_free(rows).iter().try_for_each(say);
@@ -341,7 +337,7 @@ fn run_matrix(batch: &Batch) -> Result<bool, StudyError> {
 }
 
 fn run_random(all: bool, seed: u64, count: u32, batch: &Batch) -> Result<bool, StudyError> {
-    let count = if batch.quick { count.min(5) } else { count };
+    let count = if batch.one.quick { count.min(5) } else { count };
     let cases = random::cases(seed, count, all)?;
     let seen = |rows: &[Row]| {
         random::summary(rows)
@@ -351,7 +347,7 @@ fn run_random(all: bool, seed: u64, count: u32, batch: &Batch) -> Result<bool, S
         for case in &cases {
             let row = rows.iter().find(|row| row.scene == case.name);
             if row.is_some_and(|row| !random::breaches(std::slice::from_ref(row)).is_empty()) {
-                let path = batch.out.join(format!("{}.ron", case.name));
+                let path = batch.one.out.join(format!("{}.ron", case.name));
                 let written = std::fs::write(&path, phyxel_scene::to_ron(&case.scene));
                 written.map_err(of_file(&path))?;
             }
@@ -364,7 +360,7 @@ fn run_random(all: bool, seed: u64, count: u32, batch: &Batch) -> Result<bool, S
 fn run_organs(batch: &Batch) -> Result<bool, StudyError> {
     let folder = organs::folder().ok_or("PHYXEL_MESHES must name the folder of the meshes")?;
     let mut cases = organs::cases(&folder)?;
-    if batch.quick {
+    if batch.one.quick {
         cases.retain(|case| case.name.ends_with(" 600 nodes"));
     }
     let breaches = |rows: &[Row]| Row::all_breaches(rows, |_| organs::BARS);
@@ -373,7 +369,7 @@ fn run_organs(batch: &Batch) -> Result<bool, StudyError> {
 
 fn run_grids(batch: &Batch) -> Result<bool, StudyError> {
     let mut cases = grids::cases()?;
-    if batch.quick {
+    if batch.one.quick {
         cases.truncate(1);
     }
     let seen = |rows: &[Row]| grids::decided(rows).iter().try_for_each(say);
@@ -397,23 +393,13 @@ fn run_incision(filter: Option<&str>, one: &One) -> Result<bool, StudyError> {
 }
 
 fn run_cracks(filter: Option<&str>, without_fronts: bool, one: &One) -> Result<bool, StudyError> {
-    let fronts = if without_fronts {
-        Fronts::Without
-    } else {
-        Fronts::OfScenes
-    };
-    let count = if one.quick {
-        cracks::QUICK
-    } else {
-        cracks::FAMILIES.len()
-    };
-    let families = chosen(&cracks::FAMILIES[..count], filter, |family| family.0, ", ")?;
+    let fronts = [Fronts::OfScenes, Fronts::Without][usize::from(without_fronts)];
+    let few = one.quick.then_some(cracks::QUICK);
+    let families = &cracks::FAMILIES[..few.unwrap_or(cracks::FAMILIES.len())];
+    let families = chosen(families, filter, |family| family.0, ", ")?;
     let found = families.into_iter().flat_map(|(_, family)| {
-        let found = family(fronts);
-        found.map_or_else(
-            |error| vec![Err(error)],
-            |all| all.into_iter().map(Ok).collect(),
-        )
+        let found = family(fronts).map(|all| all.into_iter().map(Ok).collect());
+        found.unwrap_or_else(|error| vec![Err(error)])
     });
     judge(&one.out, "cracks.csv", found, cracks::breaches)
 }

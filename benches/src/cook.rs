@@ -4,7 +4,7 @@
 //! middle of the right edge rises by 23.96 (Cook 1974; converged value of fine meshes). The nearly
 //! incompressible variant in plane strain is another one, with another value.
 
-use crate::problems::block::lattice;
+use crate::problems::block::{Block, lattice};
 use crate::problems::model::{ElasticBody, small_displacements};
 use crate::problems::nearest;
 use crate::problems::solid::Solid;
@@ -33,9 +33,6 @@ pub struct Finding {
 
 /// Loads a membrane of `cells` × `cells` × 1 cells, half of one that is symmetric about its middle
 /// plane, with free faces: plane stress as its thickness vanishes against its sides.
-///
-/// # Errors
-/// [`StudyError`] if the body cannot be built or its system not solved.
 pub fn measure(cells: u32) -> Result<Finding, StudyError> {
     let thickness = 48.0 / f64::from(cells);
     let (nodes, tetrahedra) = lattice([cells, cells, 1], |s| {
@@ -48,21 +45,14 @@ pub fn measure(cells: u32) -> Result<Finding, StudyError> {
         poissons_ratio: 1.0 / 3.0,
         density: 1.0,
     };
-    let mut body = ElasticBody::new(&nodes, &tetrahedra, solid, 0.1)?;
-    let right = |x: DVec3| x.x > 48.0 - 1e-9;
-    let mut forces = vec![DVec3::ZERO; body.rest.len()];
-    for face in body.faces(right) {
-        let [a, b, c] = face.map(|v| body.rest[v as usize]);
-        // A load of 1 on an edge 16 long, spread over the face.
-        let force = DVec3::Y * ((b - a).cross(c - a).length() / 2.0 / 16.0);
-        for node in face {
-            forces[node as usize] += force / 3.0;
-        }
-    }
+    let block = Block::ordered(&nodes, &tetrahedra)?;
+    // A load of 1 on an edge 16 long, spread over the face.
+    let forces = block.traction(|x| x.x > 48.0 - 1e-9, DVec3::Y / 16.0);
+    let mut body = ElasticBody::on(block, solid, 0.1)?;
     let rest = body.rest.clone();
-    let moved = small_displacements(&mut body, &rest, &forces, |x| {
-        let free = if x.x < 1e-9 { 0.0 } else { 1.0 };
-        DVec3::new(free, free, if x.z < 1e-9 { 0.0 } else { 1.0 })
+    let moved = small_displacements(&mut body, &rest, &forces, |node| {
+        let [free, off] = [rest[node].x, rest[node].z].map(|x| f64::from(u8::from(x >= 1e-9)));
+        DVec3::new(free, free, off)
     })?;
     let middle = nearest(&rest, DVec3::new(48.0, 52.0, 0.0), |_| true);
     Ok(Finding {

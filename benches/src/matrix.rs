@@ -38,25 +38,17 @@ pub const QUICK: [&str; 13] = [
     "block 1408 through E 20 nu 0.3",
 ];
 
-/// What is cut of the block.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum BlockCuts {
-    /// Half through from both sides, as the scene has it.
-    Shipped,
-    /// The second cut goes through.
-    Through,
-}
+/// A kind of cuts: its name, and what makes them of the embedded scene's.
+type Cuts = (&'static str, fn(&mut Scene));
 
-/// What is cut of the liver.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum LiverCuts {
-    /// The scene's incision and resection.
-    Two,
-    /// One stroke down the whole front, which comes off.
-    Front,
-    /// None.
-    Uncut,
-}
+/// Half through from both sides, as the scene has it, or through by the second cut.
+const OF_BLOCK: [Cuts; 2] = [("shipped", |_| {}), ("through", through)];
+/// The scene's incision and resection, one stroke down the whole front, or none.
+const OF_LIVER: [Cuts; 3] = [
+    ("two", |_| {}),
+    ("front", front),
+    ("uncut", |scene| scene.cuts.clear()),
+];
 
 /// Takes from a scene's bodies what they say of hourglass stabilization and damping, and pictures.
 pub fn as_usual(scene: &mut Scene) {
@@ -82,89 +74,58 @@ pub fn plain(name: &str) -> Result<Scene, StudyError> {
     Ok(scene)
 }
 
-/// The block of about `nodes` nodes.
-pub fn block(nodes: u32, cuts: BlockCuts) -> Result<Scene, StudyError> {
-    let mut scene = plain("block")?;
-    if nodes != BLOCK_SHIPPED {
-        scene.bodies[0].sampling.target = Target::Nodes(nodes);
-    }
-    if cuts == BlockCuts::Through
-        && let Some(end) = scene.cuts.last_mut().and_then(|cut| cut.path.last_mut())
-    {
+fn through(scene: &mut Scene) {
+    if let Some(end) = scene.cuts.last_mut().and_then(|cut| cut.path.last_mut()) {
         end.position.x = -0.07;
     }
-    Ok(scene)
 }
 
-/// The liver of about `nodes` nodes.
-pub fn liver(nodes: u32, cuts: LiverCuts) -> Result<Scene, StudyError> {
-    let mut scene = plain("liver")?;
-    scene.bodies[0].sampling.target = Target::Nodes(nodes);
-    match cuts {
-        LiverCuts::Two => {}
-        LiverCuts::Uncut => scene.cuts.clear(),
-        LiverCuts::Front => {
-            let key = |time: f64, z: f64| Key::new(time, DVec3::new(0.0, -0.02, z));
-            // From side to side, 4 cm before the support: the whole front comes off.
-            let edge = vec![DVec3::X * -0.15, DVec3::X * 0.15];
-            scene.cuts = vec![Cut {
-                name: "front".to_owned(),
-                ..Cut::new(edge, vec![key(0.1, 0.1), key(1.9, -0.12)])
-            }];
-            scene.integration.duration = 2.6;
-        }
-    }
-    Ok(scene)
+fn front(scene: &mut Scene) {
+    let key = |time: f64, z: f64| Key::new(time, DVec3::new(0.0, -0.02, z));
+    // From side to side, 4 cm before the support: the whole front comes off.
+    let edge = vec![DVec3::X * -0.15, DVec3::X * 0.15];
+    scene.cuts = vec![Cut {
+        name: "front".to_owned(),
+        ..Cut::new(edge, vec![key(0.1, 0.1), key(1.9, -0.12)])
+    }];
+    scene.integration.duration = 2.6;
 }
 
-fn of_material(mut scene: Scene, modulus: f64, ratio: f64) -> Scene {
-    for body in &mut scene.bodies {
-        body.material.youngs_modulus = modulus;
-        body.material.poissons_ratio = ratio;
+/// An embedded body of about `nodes` nodes with cuts of a kind: its case is named after all three.
+fn case(body: &str, nodes: u32, (name, cut): Cuts) -> Result<Case, StudyError> {
+    let mut scene = plain(body)?;
+    if (body, nodes) != ("block", BLOCK_SHIPPED) {
+        scene.bodies[0].sampling.target = Target::Nodes(nodes);
     }
-    scene
+    cut(&mut scene);
+    let name = format!("{body} {nodes} {name}");
+    Ok(Case { name, scene })
 }
 
 /// Every scene of the matrix.
 pub fn cases() -> Result<Vec<Case>, StudyError> {
     let mut cases = Vec::new();
-    let mut add = |name: String, scene: Scene| cases.push(Case { name, scene });
-    let (of_block, of_liver) = (
-        [
-            ("shipped", BlockCuts::Shipped),
-            ("through", BlockCuts::Through),
-        ],
-        [
-            ("two", LiverCuts::Two),
-            ("front", LiverCuts::Front),
-            ("uncut", LiverCuts::Uncut),
-        ],
-    );
-    for nodes in BLOCK_NODES {
-        for (name, cuts) in of_block {
-            add(format!("block {nodes} {name}"), block(nodes, cuts)?);
-        }
-    }
-    for nodes in LIVER_NODES {
-        for (name, cuts) in of_liver {
-            add(format!("liver {nodes} {name}"), liver(nodes, cuts)?);
+    let [block, liver] = [(&BLOCK_NODES[..], &OF_BLOCK[..]), (&LIVER_NODES, &OF_LIVER)];
+    for (body, (counts, cuts)) in [("block", block), ("liver", liver)] {
+        for &nodes in counts {
+            for &cuts in cuts {
+                cases.push(case(body, nodes, cuts)?);
+            }
         }
     }
     for modulus in MODULI {
         for ratio in RATIOS {
-            let of = format!("E {} nu {ratio}", modulus / 1e3);
-            for nodes in [500, 1408] {
-                let scene = block(nodes, BlockCuts::Through)?;
-                add(
-                    format!("block {nodes} through {of}"),
-                    of_material(scene, modulus, ratio),
-                );
+            let (through, front) = (OF_BLOCK[1], OF_LIVER[1]);
+            let blocks = [("block", 500, through), ("block", 1408, through)];
+            for (body, nodes, cuts) in blocks.into_iter().chain([("liver", 1500, front)]) {
+                let mut case = case(body, nodes, cuts)?;
+                for body in &mut case.scene.bodies {
+                    body.material.youngs_modulus = modulus;
+                    body.material.poissons_ratio = ratio;
+                }
+                case.name += &format!(" E {} nu {ratio}", modulus / 1e3);
+                cases.push(case);
             }
-            let scene = liver(1500, LiverCuts::Front)?;
-            add(
-                format!("liver 1500 front {of}"),
-                of_material(scene, modulus, ratio),
-            );
         }
     }
     Ok(cases)
@@ -175,21 +136,15 @@ pub fn cases() -> Result<Vec<Case>, StudyError> {
 /// The step may shrink further, and nodes follow that carry no strain, where the stiffness is not the
 /// scene's own; following deficient nodes are bounded in the embedded scenes.
 pub fn bars(name: &str) -> Bars {
-    let ordinary = Bars::ordinary();
-    if name.contains(" E ") {
-        Bars {
-            shrink: f64::INFINITY,
-            followers: 1.0,
-            ..ordinary
-        }
-    } else if name.ends_with("shipped") || name.ends_with("two") || name.ends_with("uncut") {
-        ordinary
-    } else {
-        Bars {
-            followers: 1.0,
-            ..ordinary
-        }
+    let mut bars = Bars::ordinary();
+    let of_scene = ["shipped", "two", "uncut"];
+    if !of_scene.iter().any(|cuts| name.ends_with(cuts)) {
+        bars.followers = 1.0;
     }
+    if name.contains(" E ") {
+        bars.shrink = f64::INFINITY;
+    }
+    bars
 }
 
 /// Rows of the block with its own stiffness that are cut alike.
@@ -210,14 +165,11 @@ pub fn set_free(rows: &[Row]) -> Vec<String> {
             let per_area = |row: &&Row| (row.released + damping * row.damped) / row.area;
             let per_area: Vec<f64> = rows.iter().map(per_area).collect();
             if let Some(median) = median(&per_area) {
-                let words = per_area
-                    .iter()
-                    .map(|value| format!("{value:.1} ({:+.0} %)", 1e2 * (value / median - 1.0)));
-                let words: Vec<String> = words.collect();
-                found.push(format!(
-                    "block {cuts}: {what} per area (J/m2): {}",
-                    words.join(", ")
-                ));
+                let off = |value: &f64| 1e2 * (value / median - 1.0);
+                let words = per_area.iter();
+                let words = words.map(|value| format!("{value:.1} ({:+.0} %)", off(value)));
+                let words = words.collect::<Vec<_>>().join(", ");
+                found.push(format!("block {cuts}: {what} per area (J/m2): {words}"));
             }
         }
     }
@@ -246,11 +198,8 @@ fn spreads(rows: &[Row], what: &str, energy: impl Fn(&Row) -> f64) -> Vec<String
         for (row, energy) in rows.iter().zip(energies) {
             let off = energy / median - 1.0;
             if off.is_nan() || off.abs() > RELEASED_SPREAD {
-                found.push(format!(
-                    "{}: {what} {:+.0} % off the median {median:.3e} of its node counts",
-                    row.scene,
-                    1e2 * off
-                ));
+                let off = format!("{:+.0} % off the median {median:.3e}", 1e2 * off);
+                found.push(format!("{}: {what} {off} of its node counts", row.scene));
             }
         }
     }

@@ -37,11 +37,8 @@ pub fn folder() -> Option<PathBuf> {
 pub fn cases(folder: &Path) -> Result<Vec<Case>, StudyError> {
     let mut cases = Vec::new();
     for file in meshes(folder)? {
-        let name = file
-            .file_name()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned();
+        let name = file.file_name().unwrap_or_default();
+        let name = name.to_string_lossy().into_owned();
         let scene = default_scene(&file)?;
         let mut add = |what: &str, scene: Scene| {
             for few in [false, true] {
@@ -67,10 +64,8 @@ pub(crate) fn meshes(folder: &Path) -> Result<Vec<PathBuf>, StudyError> {
     let mut files = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(&error)? {
         let path = entry.map_err(&error)?.path();
-        let extension = path
-            .extension()
-            .map(|extension| extension.to_string_lossy());
-        if extension.is_some_and(|extension| EXTENSIONS.contains(&&*extension)) {
+        let extension = path.extension().unwrap_or_default();
+        if EXTENSIONS.contains(&&*extension.to_string_lossy()) {
             files.push(path);
         }
     }
@@ -121,9 +116,8 @@ fn scaled(mut scene: Scene, by: f64) -> Scene {
     }
     for cut in &mut scene.cuts {
         cut.edge.iter_mut().for_each(larger);
-        cut.path
-            .iter_mut()
-            .for_each(|key| larger(&mut key.position));
+        let keys = cut.path.iter_mut();
+        keys.for_each(|key| larger(&mut key.position));
     }
     scene
 }

@@ -54,10 +54,6 @@ pub fn cases(seed: u64, count: u32, all: bool) -> Result<Vec<Case>, StudyError> 
         .collect()
 }
 
-pub(crate) fn between(random: &mut Random, [low, high]: [f64; 2]) -> f64 {
-    random.range(low, high)
-}
-
 pub(crate) fn between_log(random: &mut Random, [low, high]: [f64; 2]) -> f64 {
     random.range(low.ln(), high.ln()).exp()
 }
@@ -86,11 +82,11 @@ fn scene(random: &mut Random, all: bool) -> Result<Scene, StudyError> {
         _ => Target::Nodes(nodes),
     };
     body.material.youngs_modulus = between_log(random, MODULUS);
-    body.material.poissons_ratio = between(random, RATIO);
+    body.material.poissons_ratio = random.range(RATIO[0], RATIO[1]);
     let mut scene = Scene::new("random", vec![body]);
     scene.supports.push(Support::fixed(region));
     scene.gravity = Some(Gravity {
-        acceleration: direction(random) * between(random, GRAVITY),
+        acceleration: direction(random) * random.range(GRAVITY[0], GRAVITY[1]),
         ..Gravity::default()
     });
     let mut time = 0.1;

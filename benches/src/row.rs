@@ -157,24 +157,15 @@ impl Row {
                 found.push(format!("{what} {}, at most {most}", short(value)));
             }
         };
-        above(
-            "energy added by one update over that stored",
-            self.added,
-            bars.added,
-        );
+        let added = "energy added by one update over that stored";
+        above(added, self.added, bars.added);
         above("energy-balance error", self.imbalance, bars.imbalance);
         above("step shrink", self.shrink, bars.shrink);
         above("distance from linked nodes", self.farthest, bars.farthest);
-        above(
-            "fraction of deficient nodes that follow",
-            self.followers,
-            bars.followers,
-        );
-        above(
-            "step over its limit",
-            self.step_to_limit.unwrap_or(0.0),
-            1.0,
-        );
+        let followers = "fraction of deficient nodes that follow";
+        above(followers, self.followers, bars.followers);
+        let step = self.step_to_limit.unwrap_or(0.0);
+        above("step over its limit", step, 1.0);
         let inverted = self.smallest_determinant.is_nan() || self.smallest_determinant <= 0.0;
         if bars.upright && inverted {
             found.push(format!(
@@ -199,25 +190,8 @@ impl Row {
 
     /// Names of the columns of [`Row`]'s text.
     pub fn header() -> String {
-        format!(
-            "{:<34} {:>5} {:>6} {:>9} {:>8} {:>8} {:>7} {:>7} {:>6} {:>6} {:>9} {:>8} {:>6} {:>6} {:>6} {:>5}",
-            "scene",
-            "nodes",
-            "steps",
-            "released",
-            "added",
-            "stroke",
-            "imbal",
-            "worst",
-            "limit",
-            "shrink",
-            "min detF",
-            "farthest",
-            "follow",
-            "debris",
-            "wall",
-            "again"
-        )
+        let rest = " nodes  steps  released    added   stroke   imbal   worst  limit shrink  min detF farthest follow debris   wall again";
+        format!("{:<34}{rest}", "scene")
     }
 }
 
@@ -232,9 +206,8 @@ fn short(value: f64) -> String {
 
 impl fmt::Display for Row {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let limit = self
-            .step_to_limit
-            .map_or_else(|| "-".to_owned(), |x| format!("{x:.3}"));
+        let limit = self.step_to_limit.map(|x| format!("{x:.3}"));
+        let limit = limit.unwrap_or_else(|| "-".to_owned());
         write!(
             f,
             "{:<34} {:>5} {:>6} {:>+9.2e} {:>8.1e} {:>8.1e} {:>7} {:>7} {limit:>6} {:>6.1} {:>9} {:>8} {:>5.1}% {:>5.1}% {:>5.0}s {:>5}",

@@ -47,13 +47,9 @@ fn scene(damping: f64, damping_ratio: f64) -> Scene {
     scene.integration.settle = None;
     scene.integration.duration = END;
     let key = |time: f64, x: f64, z: f64| Key::new(time, DVec3::new(x, 0.0, z));
-    for (name, path) in [
-        ("half", vec![key(0.05, -0.08, 0.01), key(0.25, 0.0, 0.01)]),
-        (
-            "through",
-            vec![key(0.35, 0.08, -0.01), key(0.55, -0.08, -0.01)],
-        ),
-    ] {
+    let half = vec![key(0.05, -0.08, 0.01), key(0.25, 0.0, 0.01)];
+    let through = vec![key(0.35, 0.08, -0.01), key(0.55, -0.08, -0.01)];
+    for (name, path) in [("half", half), ("through", through)] {
         scene.cuts.push(Cut {
             name: name.to_owned(),
             ..Cut::new(vec![DVec3::Y * -0.1, DVec3::Y * 0.1], path)

@@ -24,12 +24,8 @@ fn a_blade_that_trembles_leaves_no_crumbs() {
     let key = |k: u32| {
         let t = f64::from(k);
         let (x, z) = (-0.03 + 1.5e-3 * t, 1e-3 + 8e-4 * (1.9 * t).sin());
-        let back = 2e-3 * (2.6 * t).sin();
-        format!(
-            "(time: {}, position: ({}, 0, {z}))",
-            0.01 + 2e-3 * t,
-            x + back
-        )
+        let x = x + 2e-3 * (2.6 * t).sin();
+        format!("(time: {}, position: ({x}, 0, {z}))", 0.01 + 2e-3 * t)
     };
     let path: Vec<String> = (0..42).map(key).collect();
     let cut = format!(
@@ -92,10 +88,8 @@ fn a_start_in_an_open_stroke_begins_a_new_one() {
 fn each_cut_welds_as_it_says() {
     let vertices = |tolerance: &str| {
         let second = across("second", -0.015, [0.03, 0.05]);
-        let second = second.replace(
-            "capture:",
-            &format!("weld_tolerance: {tolerance}, capture:"),
-        );
+        let weld = format!("weld_tolerance: {tolerance}, capture:");
+        let second = second.replace("capture:", &weld);
         let first = across("first", 0.015, [0.01, 0.02]);
         let mut world = world(BLOCK, &format!("cuts: [{first}, {second}], {HELD} {STILL}"));
         play(&mut world, 0.06).expect("it runs");

@@ -26,12 +26,9 @@ fn a_bar_is_twisted_by_360_degrees_and_back() {
     let mut world = world(&bar, &rest);
     play(&mut world, 0.4).expect("it runs");
     let body = &world.bodies()[0];
-    let smallest = body
-        .elastic
-        .deformation_gradients()
-        .into_iter()
-        .map(|f| f.determinant());
-    let smallest = smallest.fold(f64::INFINITY, f64::min);
+    let gradients = body.elastic.deformation_gradients();
+    let determinants = gradients.iter().map(|f| f.determinant());
+    let smallest = determinants.fold(f64::INFINITY, f64::min);
     assert!(smallest > 0.2, "det F falls to {smallest}");
     let twisted = body.motion.audit().elastic;
     play(&mut world, 1.2).expect("it runs");
@@ -52,19 +49,11 @@ fn nearly_incompressible_tissue_sags_and_keeps_its_volume() {
         let mut world = world(&body, &format!("{HELD} {AT_ONCE}"));
         play(&mut world, 0.5).expect("it runs");
         let body = &world.bodies()[0];
-        let lowest = body
-            .motion
-            .positions()
-            .iter()
-            .map(|x| x.z)
-            .fold(f64::INFINITY, f64::min);
-        let volume: f64 = body
-            .elastic
-            .deformation_gradients()
-            .iter()
-            .zip(&body.volumes)
-            .map(|(f, v)| f.determinant() * v)
-            .sum();
+        let heights = body.motion.positions().iter().map(|x| x.z);
+        let lowest = heights.fold(f64::INFINITY, f64::min);
+        let gradients = body.elastic.deformation_gradients();
+        let volumes = gradients.iter().zip(&body.volumes);
+        let volume: f64 = volumes.map(|(f, v)| f.determinant() * v).sum();
         (-0.03 - lowest, (volume / body.volume - 1.0).abs())
     };
     let (soft, changed) = hang("0.45");

@@ -13,7 +13,7 @@ fn slivers_part_a_block_as_one_cut_does() {
         let strokes = heights.iter().enumerate();
         let strokes: Vec<String> = strokes
             .map(|(k, z)| {
-                let begin = 0.01 + 0.03 * f64::from(u32::try_from(k).unwrap());
+                let begin = 0.01 + 0.03 * k as f64;
                 across(&k.to_string(), *z, [begin, begin + 0.02])
             })
             .collect();
@@ -35,14 +35,10 @@ fn dice_fall_freely() {
         for side in [-1.0, 1.0] {
             let (u, v) = (DVec3::AXES[(axis + 1) % 3], DVec3::AXES[(axis + 2) % 3]);
             let middle = DVec3::AXES[axis] * (side * third);
-            let begin = 0.005 * f64::from(u32::try_from(strokes.len()).unwrap());
-            strokes.push(stroke(
-                &strokes.len().to_string(),
-                u * 0.12,
-                middle - v * 0.06,
-                middle + v * 0.06,
-                [begin, begin + 0.004],
-            ));
+            let begin = 0.005 * strokes.len() as f64;
+            let (from, to) = (middle - v * 0.06, middle + v * 0.06);
+            let (name, times) = (strokes.len().to_string(), [begin, begin + 0.004]);
+            strokes.push(stroke(&name, u * 0.12, from, to, times));
         }
     }
     let mut world = cut(&BLOCK.replace("damping: 4", "damping: 0"), &strokes);
@@ -64,11 +60,8 @@ fn dice_fall_freely() {
     play(&mut world, 0.06).expect("it runs");
     let gained = falling(&world).1 - before;
     let expected = DVec3::Z * (-9.81 * mass * (world.time() - start));
-    assert_below(
-        "momentum",
-        gained.distance(expected),
-        1e-9 * expected.length(),
-    );
+    let most = 1e-9 * expected.length();
+    assert_below("momentum", gained.distance(expected), most);
 }
 
 #[test]
@@ -140,16 +133,11 @@ fn a_single_node_falls_like_a_point_mass() {
     play(&mut world, 0.01).expect("it runs");
     assert_eq!(pieces(&world)[1..], [1], "one node is cut off");
     let body = &world.bodies()[0];
-    let lone = body
-        .rest
-        .iter()
-        .position(|x| x.distance(DVec3::new(0.02, 0.02, -0.03)) < 1e-6);
+    let corner = DVec3::new(0.02, 0.02, -0.03);
+    let lone = body.rest.iter().position(|x| x.distance(corner) < 1e-6);
     let lone = lone.expect("a box has nodes at its corners");
-    let (x, v, start) = (
-        body.motion.positions()[lone],
-        body.motion.velocities()[lone],
-        world.time(),
-    );
+    let (motion, start) = (&body.motion, world.time());
+    let (x, v) = (motion.positions()[lone], motion.velocities()[lone]);
     play(&mut world, 0.05).expect("it runs");
     let t = world.time() - start;
     let expected = x + v * t + DVec3::Z * (-0.5 * 9.81 * t * t);

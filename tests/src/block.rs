@@ -8,6 +8,7 @@
 use glam::{DMat3, DVec3};
 
 use crate::kuhn;
+use crate::solve::conjugate_gradients;
 
 /// A body ready for nodal mechanics; what is made of its stencils is empty until they are solved.
 #[derive(Debug, Clone, Default)]
@@ -100,10 +101,8 @@ impl Block {
             indices[start..].sort_unstable();
             offsets.push(id(indices.len()));
         }
-        let positions: Vec<DVec3> = cells
-            .iter()
-            .map(|at| DVec3::new(at[0] as f64, at[1] as f64, at[2] as f64) * spacing)
-            .collect();
+        let position = |at: &[usize; 3]| DVec3::from_array(at.map(|k| k as f64)) * spacing;
+        let positions: Vec<DVec3> = cells.iter().map(position).collect();
         let mut body = Self {
             volumes: vec![spacing.powi(3); positions.len()],
             boundary_vectors: vec![DVec3::ZERO; positions.len()],
@@ -257,19 +256,21 @@ impl Block {
     fn solve_stencils(&mut self) {
         let n = self.node_count();
         let g0 = self.plain_gradients();
-        self.gradients.clone_from(&g0);
-        self.finish_gradients();
-        let mut residual = self.boundary_vectors.clone();
+        let mut missing = self.boundary_vectors.clone();
+        let mut diagonal = vec![0.0; n];
         for i in 0..n {
             for p in self.row(i) {
                 let j = self.indices[p] as usize;
-                residual[j] -= g0[p] * self.volumes[i];
-                residual[i] += g0[p] * self.volumes[i];
+                missing[j] -= g0[p] * self.volumes[i];
+                missing[i] += g0[p] * self.volumes[i];
+                let c = self.volumes[i] * self.volumes[i] * self.weights[p];
+                diagonal[i] += c;
+                diagonal[j] += c;
             }
         }
-        let apply = |mu: &[DVec3]| {
+        let apply = |mu: &[DVec3], y: &mut [DVec3]| {
             let e = self.bracket(&g0, mu);
-            let mut y = vec![DVec3::ZERO; n];
+            y.fill(DVec3::ZERO);
             for i in 0..n {
                 for p in self.row(i) {
                     let c = e[p] * (self.volumes[i] * self.volumes[i] * self.weights[p]);
@@ -277,43 +278,13 @@ impl Block {
                     y[i] -= c;
                 }
             }
-            y
         };
-        let mut diagonal = vec![0.0; n];
-        for i in 0..n {
-            for p in self.row(i) {
-                let c = self.volumes[i] * self.volumes[i] * self.weights[p];
-                diagonal[i] += c;
-                diagonal[self.indices[p] as usize] += c;
-            }
-        }
-        let dot = |a: &[DVec3], b: &[DVec3]| a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum::<f64>();
-        let precondition =
-            |r: &[DVec3]| -> Vec<DVec3> { r.iter().zip(&diagonal).map(|(r, d)| *r / *d).collect() };
-        let mut mu = vec![DVec3::ZERO; n];
-        let mut z = precondition(&residual);
-        let mut direction = z.clone();
-        let mut rz = dot(&residual, &z);
-        let stop = rz * 1e-30;
-        for _ in 0..10 * n {
-            if rz <= stop {
-                break;
-            }
-            let k = apply(&direction);
-            let step = rz / dot(&direction, &k);
-            for i in 0..n {
-                mu[i] += direction[i] * step;
-                residual[i] -= k[i] * step;
-            }
-            z = precondition(&residual);
-            let next = dot(&residual, &z);
-            for i in 0..n {
-                direction[i] = z[i] + direction[i] * (next / rz);
-            }
-            rz = next;
-        }
+        let solved = conjugate_gradients(apply, missing, &diagonal, 1e-30, 10 * n);
+        // What the solve left is in `residual`.
+        let mu = solved.unwrap_or_else(|(mu, _)| mu);
         let e = self.bracket(&g0, &mu);
         self.matrices = self.inverse_moments();
+        self.gradients.clone_from(&g0);
         for i in 0..n {
             let mut h = DMat3::ZERO;
             for p in self.row(i) {

@@ -48,10 +48,9 @@ impl Sweep {
     pub fn orders(&self) -> Vec<f64> {
         let resolved = self.errors.iter().take_while(|e| **e > RESOLVED).count();
         let first = resolved.saturating_sub(3);
-        self.errors[first..resolved]
-            .windows(2)
-            .map(|pair| observed_order(pair[0], pair[1], 2.0))
-            .collect()
+        let pairs = self.errors[first..resolved].windows(2);
+        let orders = pairs.map(|pair| observed_order(pair[0], pair[1], 2.0));
+        orders.collect()
     }
 
     /// Asserts errors down to `accuracy` and orders within 0.2 of two; returns how many orders were

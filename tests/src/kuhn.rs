@@ -101,11 +101,7 @@ pub fn organ(cells: [usize; 3], seed: u64) -> Block {
 /// Lattice of `cells + 1` nodes per axis, `jitter` in cell sizes, faces kept flat.
 fn jittered_lattice(cells: [usize; 3], size: DVec3, jitter: f64, seed: u64) -> Vec<DVec3> {
     let mut random = Random::new(seed);
-    let step = DVec3::new(
-        size.x / cells[0] as f64,
-        size.y / cells[1] as f64,
-        size.z / cells[2] as f64,
-    );
+    let step = size / DVec3::from_array(cells.map(|count| count as f64));
     let mut positions = Vec::new();
     for k in 0..=cells[2] {
         for j in 0..=cells[1] {
@@ -179,10 +175,8 @@ fn boundary_triangles(tetrahedra: &[[u32; 4]]) -> Vec<[u32; 3]> {
         (k == 0 || faces[k - 1].0 != faces[k].0)
             && (k + 1 == faces.len() || faces[k + 1].0 != faces[k].0)
     };
-    (0..faces.len())
-        .filter(|&k| alone(k))
-        .map(|k| faces[k].1)
-        .collect()
+    let outer = (0..faces.len()).filter(|&k| alone(k));
+    outer.map(|k| faces[k].1).collect()
 }
 
 /// Symmetric graph of the tetrahedra's edges.

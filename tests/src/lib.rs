@@ -11,6 +11,7 @@ pub mod derivative;
 pub mod kuhn;
 mod octree;
 pub mod picture;
+pub mod solve;
 pub mod strategies;
 pub mod tol;
 

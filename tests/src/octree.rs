@@ -34,10 +34,8 @@ impl Block {
         }
         let number = |[x, y, z]: [u32; 3]| numbers[&[z, y, x]];
         let unit = f64::from(FINE).recip();
-        let positions: Vec<DVec3> = numbers
-            .keys()
-            .map(|&[z, y, x]| DVec3::new(x.into(), y.into(), z.into()) * unit)
-            .collect();
+        let position = |&[z, y, x]: &[u32; 3]| DVec3::new(x.into(), y.into(), z.into()) * unit;
+        let positions: Vec<DVec3> = numbers.keys().map(position).collect();
         let count = positions.len();
         let mut volumes = vec![0.0; count];
         let mut boundary_vectors = vec![DVec3::ZERO; count];

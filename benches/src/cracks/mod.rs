@@ -103,10 +103,8 @@ pub const QUICK: usize = 2;
 fn straight(plate: &Plate, from: DVec3, to: DVec3) -> Cut {
     let reach = 4.0 * plate.half().z * DVec3::Z;
     let keys = [(0.0, from), (0.9 * STROKE, to)];
-    Cut::new(
-        vec![-reach, reach],
-        keys.map(|(time, at)| Key::new(time, at)).to_vec(),
-    )
+    let keys = keys.map(|(time, at)| Key::new(time, at));
+    Cut::new(vec![-reach, reach], keys.to_vec())
 }
 
 /// A blade that turns about z by `angle` (rad) from `start` (rad).
@@ -122,12 +120,9 @@ fn turning(edge: Vec<DVec3>, at: DVec3, [start, angle]: [f64; 2]) -> Cut {
 }
 
 fn tension() -> (DMat3, DMat3) {
-    let stress = DMat3::from_diagonal(DVec3::Y);
     let across = -POISSON * (1.0 + POISSON) / YOUNG;
-    (
-        stress,
-        DMat3::from_diagonal(DVec3::new(across, plane_modulus().recip(), 0.0)),
-    )
+    let strain = DVec3::new(across, plane_modulus().recip(), 0.0);
+    (DMat3::from_diagonal(DVec3::Y), DMat3::from_diagonal(strain))
 }
 
 /// Stress of unit shear, and a displacement gradient: `u` along `axis` grows with y.
@@ -235,18 +230,11 @@ fn centre(offset: f64, fronts: Fronts) -> Result<Vec<Finding>, StudyError> {
     let cut = Specimen::new(&plate, &[straight(&plate, tips[1], tips[0])], fronts)?;
     let (moved, work) = cut.pull(tension(), IN_PLANE)?;
     let mut case = Case::new(format!("centre 16, off {offset}, lattice"), &cut);
-    let k = [DVec3::X, -DVec3::X]
-        .into_iter()
-        .zip(tips)
-        .map(|(along, tip)| {
-            0.5 * intensities(&cut, &moved, (tip, along), 0.0, [2.0 * dx, 0.5 * a])[0]
-        });
+    let ring = [2.0 * dx, 0.5 * a];
+    let k = |tip| 0.5 * intensities(&cut, &moved, tip, 0.0, ring)[0];
+    let k = k((tips[0], DVec3::X)) + k((tips[1], -DVec3::X));
     let bar = 0.03;
-    case.add(
-        "K_I by displacements",
-        k.sum::<f64>() / centre_intensity(a),
-        bar,
-    );
+    case.add("K_I by displacements", k / centre_intensity(a), bar);
     let known = crack_work(a, 2.0, plane_modulus(), centre_intensity) * dx;
     case.add("K_I by work", (work / known).sqrt(), bar);
     let mouth = cut.opening(&moved, middle, DVec3::Y);
@@ -276,26 +264,17 @@ fn modes(spacings: u32, fronts: Fronts) -> Result<Vec<Finding>, StudyError> {
 fn works_of_modes(cut: &Specimen, a: f64, bar: f64, case: &mut Case) -> Result<(), StudyError> {
     let known =
         |modulus, intensity: fn(f64) -> f64| crack_work(a, 2.0, modulus, intensity) * cut.spacing;
-    for (mode, load, free, known) in [
-        (
-            "I by work",
-            tension(),
-            IN_PLANE,
-            known(plane_modulus(), centre_intensity),
-        ),
-        (
-            "II by work",
-            shear(DVec3::X),
-            IN_PLANE,
-            known(plane_modulus(), |a| (PI * a).sqrt()),
-        ),
-        (
-            "III by work",
-            shear(DVec3::Z),
-            ACROSS,
-            known(2.0 * shear_modulus(), tearing_intensity),
-        ),
-    ] {
+    let modes = [
+        ("I by work", tension(), IN_PLANE),
+        ("II by work", shear(DVec3::X), IN_PLANE),
+        ("III by work", shear(DVec3::Z), ACROSS),
+    ];
+    let known = [
+        known(plane_modulus(), centre_intensity),
+        known(plane_modulus(), |a| (PI * a).sqrt()),
+        known(2.0 * shear_modulus(), tearing_intensity),
+    ];
+    for ((mode, load, free), known) in modes.into_iter().zip(known) {
         let (_, work) = cut.pull(load, free)?;
         case.add(mode, work / known, bar);
     }
@@ -338,19 +317,11 @@ fn slit(fronts: Fronts) -> Result<Vec<Finding>, StudyError> {
     let plate = Plate::slab([64, 16], dx);
     let half = plate.half();
     let x = -0.5 * dx;
-    let blade = straight(
-        &plate,
-        DVec3::new(x, -half.y - 2.0 * dx, 0.0),
-        DVec3::new(x, 0.0, 0.0),
-    );
+    let below = DVec3::new(x, -half.y - 2.0 * dx, 0.0);
+    let blade = straight(&plate, below, DVec3::X * x);
     let cut = Specimen::new(&plate, &[blade], fronts)?;
-    let hold = |p: DVec3| {
-        if p.x.abs() > half.x - 1e-9 {
-            DVec3::ZERO
-        } else {
-            IN_PLANE
-        }
-    };
+    let is_inside = |p: DVec3| p.x.abs() <= half.x - 1e-9;
+    let hold = |p| IN_PLANE * f64::from(u8::from(is_inside(p)));
     let moved = cut.solve(&cut.weight(-DVec3::Y), hold)?;
     let top = nearest(&cut.rest, DVec3::new(0.0, half.y, 0.0), |_| true);
     let mut case = Case::new("slit beam 16".to_owned(), &cut);

@@ -100,18 +100,13 @@ pub(super) struct Specimen {
 
 impl Specimen {
     /// Runs the scene until its blades are through.
-    ///
-    /// # Errors
-    /// [`StudyError`] if the scene does not run, or no blade cuts.
     pub(super) fn new(plate: &Plate, blades: &[Cut], fronts: Fronts) -> Result<Self, StudyError> {
         let text = phyxel_scene::to_ron(&plate.scene(blades));
         let mut world = World::new(phyxel_scene::from_text(&text, "cracks", "", &[])?)?;
         world.play(STROKE, |_| {})?;
         let body = &world.bodies()[0];
-        let cutting = body
-            .cutting
-            .as_ref()
-            .ok_or("the blade of a study cuts nothing")?;
+        let cutting = body.cutting.as_ref();
+        let cutting = cutting.ok_or("the blade of a study cuts nothing")?;
         let turn = plate.turn();
         let mut elastic = body.elastic.clone();
         if fronts == Fronts::Without {
@@ -166,11 +161,11 @@ impl Specimen {
         mask: impl Fn(DVec3) -> DVec3,
     ) -> Result<Vec<DVec3>, StudyError> {
         let (turn, back) = (self.turn, self.turn.transpose());
+        // Masks free z, or the plane, or hold all: the same in both frames.
+        let mask = |node: usize| mask(self.rest[node]);
         let world = |vectors: &[DVec3]| vectors.iter().map(|v| turn * *v).collect::<Vec<_>>();
         let mut elastic = self.elastic.clone();
         let (rest, forces) = (world(&self.rest), world(forces));
-        // Masks free z, or the plane, or hold all: the same in both frames.
-        let mask = |x: DVec3| mask(back * x);
         let moved = small_displacements(&mut Law(&mut elastic), &rest, &forces, mask)?;
         Ok(moved.iter().map(|u| back * *u).collect())
     }

@@ -10,11 +10,11 @@ use std::time::Instant;
 use crate::StudyError;
 use crate::problems::block::Block;
 use crate::problems::cantilever as beam;
-use crate::problems::model::{Law, dissertation};
+use crate::problems::model::{Law as Model, dissertation};
 use crate::report::{Series, add_point, plots};
 use glam::DVec3;
-use phyxel_elastic::{Dilatation, Material, Settings};
-use phyxel_integrate::ForceLaw;
+use phyxel_elastic::{Dilatation, Law, Material, Settings};
+use phyxel_integrate::{BoundaryConditions, EigenvalueSettings, ForceLaw, largest_eigenvalue};
 use phyxel_mls::{NearestSettings, k_nearest, within_radius};
 use testkit::cloud::Random;
 
@@ -27,51 +27,26 @@ fn period() -> f64 {
     std::f64::consts::TAU / frequency_number.powi(2) * slenderness
 }
 
-/// What one method needs and reaches.
-struct Outcome {
-    error: f64,
-    solution: f64,
-}
-
-/// Tip error (%), ms for a period.
-fn measure(block: &Block, masses: &[f64], law: &mut dyn ForceLaw) -> Outcome {
-    let n = masses.len();
+/// Tip error (%), and time (ms) for a period.
+fn measure(block: &Block, masses: &[f64], law: &mut dyn ForceLaw) -> Result<[f64; 2], StudyError> {
     let error = beam::tip_error(block, NU, 1e-4, law);
-    // Largest eigenvalue of the fixed beam by power iteration at rest, 5 % added.
-    let mut random = Random::new(1);
-    let mut f = vec![DVec3::ZERO; n];
+    let mut f = vec![DVec3::ZERO; masses.len()];
     law.forces_into(&block.rest, &mut f);
-    let mut v: Vec<DVec3> = (0..n).map(|_| random.vector(1.0)).collect();
-    let mut kv = v.clone();
-    let mut eigenvalue = 0.0;
-    for _ in 0..80 {
-        let size = v.iter().map(|v| v.length_squared()).sum::<f64>().sqrt();
-        for (v, x) in v.iter_mut().zip(&block.rest) {
-            *v = if x.x > 1e-9 { *v / size } else { DVec3::ZERO };
-        }
-        law.tangent_product_into(&v, &mut kv);
-        for ((v, kv), mass) in v.iter_mut().zip(&kv).zip(masses) {
-            *v = *kv / *mass;
-        }
-        eigenvalue = v.iter().map(|v| v.length_squared()).sum::<f64>().sqrt();
-    }
-    let critical = 2.0 / (1.05 * eigenvalue).sqrt();
-    let bent: Vec<DVec3> = block
-        .rest
-        .iter()
-        .map(|x| *x * 1.01 + random.vector(1e-3))
-        .collect();
+    let clamp = BoundaryConditions::fixed_where(&block.rest, |x| x.x <= 1e-9);
+    let product = |v: &[DVec3], out: &mut [DVec3]| law.tangent_product_into(v, out);
+    let settings = EigenvalueSettings::default();
+    let found = largest_eigenvalue(masses, &clamp, product, &mut Vec::new(), &settings)?;
+    let mut random = Random::new(1);
+    let bent = block.rest.iter();
+    let bent: Vec<DVec3> = bent.map(|x| *x * 1.01 + random.vector(1e-3)).collect();
     let mut best = f64::INFINITY;
     for _ in 0..200 {
         let start = Instant::now();
         law.forces_into(&bent, &mut f);
         best = best.min(start.elapsed().as_secs_f64());
     }
-    let steps = period() / (0.9 * critical);
-    Outcome {
-        error,
-        solution: 1e3 * best * steps,
-    }
+    let steps = period() / (0.9 * found.critical_step);
+    Ok([error, 1e3 * best * steps])
 }
 
 /// A block under each neighbour rule.
@@ -91,58 +66,61 @@ pub(super) fn draw(folder: &Path) -> Result<(), StudyError> {
     pool.install(|| study(folder))
 }
 
+/// Materials, and stabilizations with their dilatation.
+fn options() -> impl Iterator<Item = (Material, &'static str, Settings)> {
+    let materials = [
+        Material::neo_hookean(1.0, NU),
+        Material::saint_venant_kirchhoff(1.0, NU),
+        Material::mooney_rivlin(1.0, NU, 0.3),
+    ];
+    let settings = [
+        ("none", 0.0, Dilatation::Local),
+        ("control", 0.1, Dilatation::Local),
+        ("control + mean", 0.1, Dilatation::Mean),
+    ];
+    materials.into_iter().flat_map(move |material| {
+        // One law has no volumetric part to average.
+        let split = !matches!(material.law, Law::SaintVenantKirchhoff { .. });
+        let settings = settings.into_iter();
+        let settings = settings.filter(move |(.., mean)| split || *mean == Dilatation::Local);
+        settings.map(move |(label, stabilization, dilatation)| {
+            let settings = Settings {
+                stabilization,
+                dilatation,
+            };
+            (material, label, settings)
+        })
+    })
+}
+
 fn study(folder: &Path) -> Result<(), StudyError> {
     let mut groups = Vec::new();
-    let mut note = |group: String, outcome: &Outcome| {
-        add_point(&mut groups, &group, (outcome.solution, outcome.error.abs()));
+    let mut note = |group: &str, [error, time]: [f64; 2]| {
+        add_point(&mut groups, group, (time, error.abs()));
     };
-    let mut default_error = f64::INFINITY;
-    let mut paper_error = 0.0;
+    let (mut default_error, mut paper_error) = (f64::INFINITY, 0.0_f64);
     for jitter in [0.0, 0.25] {
         let block = beam::beam([20, 4, 4], jitter);
         for (rule, block) in &rules(&block)? {
-            for (name, material) in [
-                ("neo-Hookean", Material::neo_hookean(1.0, NU)),
-                (
-                    "Saint Venant-Kirchhoff",
-                    Material::saint_venant_kirchhoff(1.0, NU),
-                ),
-                ("Mooney-Rivlin", Material::mooney_rivlin(1.0, NU, 0.3)),
-            ] {
-                for (label, stabilization, dilatation) in [
-                    ("none", 0.0, Dilatation::Local),
-                    ("control", 0.1, Dilatation::Local),
-                    ("control + mean", 0.1, Dilatation::Mean),
-                ] {
-                    if dilatation == Dilatation::Mean && name.starts_with("Saint") {
-                        continue; // has no volumetric part to average
-                    }
-                    let settings = Settings {
-                        stabilization,
-                        dilatation,
-                    };
-                    let mut body = beam::body(block, material, &settings);
-                    let outcome = measure(block, &block.volumes, &mut Law(&mut body));
-                    if *rule == "edges" && label == "control" {
-                        default_error = default_error.min(outcome.error.abs());
-                    }
-                    note(format!("{rule}, {label}"), &outcome);
+            for (material, label, settings) in options() {
+                let mut body = beam::body(block, material, &settings);
+                let found = measure(block, &block.volumes, &mut Model(&mut body))?;
+                if *rule == "edges" && label == "control" {
+                    default_error = default_error.min(found[0].abs());
                 }
+                note(&format!("{rule}, {label}"), found);
             }
         }
         let svk = Material::saint_venant_kirchhoff(1.0, NU);
         let (mut paper, _) = dissertation(&block.rest, svk, 1.0)?;
         let masses = paper.volumes().to_vec();
-        let outcome = measure(&block, &masses, &mut Law(&mut paper));
-        paper_error = f64::max(paper_error, outcome.error.abs());
-        note("dissertation".into(), &outcome);
-        let mut tetrahedra = beam::Tetrahedra::new(
-            &block.rest,
-            &block.tetrahedra,
-            Material::neo_hookean(1.0, NU),
-        );
-        let outcome = measure(&block, &block.volumes, &mut tetrahedra);
-        note("linear tetrahedra".into(), &outcome);
+        let found = measure(&block, &masses, &mut Model(&mut paper))?;
+        paper_error = paper_error.max(found[0].abs());
+        note("dissertation", found);
+        let neo = Material::neo_hookean(1.0, NU);
+        let mut tetrahedra = beam::Tetrahedra::new(&block.rest, &block.tetrahedra, neo);
+        let found = measure(&block, &block.volumes, &mut tetrahedra)?;
+        note("linear tetrahedra", found);
     }
     assert!(
         default_error < 3.0 && paper_error > 50.0,

@@ -39,11 +39,9 @@ fn errors(order: Order, cells: u32) -> (f64, f64) {
     let samples = 300;
     for _ in 0..samples {
         let x = DVec3::splat(0.5) + random.vector(0.5);
-        let near: Vec<u32> = (0_u32..)
-            .zip(&nodes)
-            .filter(|(_, node)| (**node - x).length() < 2.3 * h)
-            .map(|(index, _)| index)
-            .collect();
+        let near = (0_u32..).zip(&nodes);
+        let near = near.filter(|(_, node)| (**node - x).length() < 2.3 * h);
+        let near: Vec<u32> = near.map(|(index, _)| index).collect();
         let mut phi = vec![0.0; near.len()];
         let mut gradient = vec![DVec3::ZERO; near.len()];
         approximation
@@ -71,24 +69,17 @@ pub(super) fn draw(folder: &Path) -> Result<(), StudyError> {
         (Order::Linear, "linear", [1.8, 0.8]),
         (Order::Quadratic, "quadratic", [2.7, 1.7]),
     ] {
-        let found: Vec<(f64, f64)> = sizes.iter().map(|&n| errors(order, n)).collect();
-        let (mut values, mut slopes) = (Vec::new(), Vec::new());
-        for (&(value, slope), &cells) in found.iter().zip(&sizes) {
-            values.push((1.0 / f64::from(cells), value));
-            slopes.push((1.0 / f64::from(cells), slope));
-        }
-        let last = sizes.len() - 1;
-        let ratio = f64::from(sizes[last]) / f64::from(sizes[0]);
-        let overall = [
-            observed_order(found[0].0, found[last].0, ratio),
-            observed_order(found[0].1, found[last].1, ratio),
-        ];
-        assert!(
-            overall[0] > least[0] && overall[1] > least[1],
-            "{name}: orders {overall:?}"
-        );
-        lines.push(Series::line(format!("value, {name}"), values));
-        lines.push(Series::line(format!("gradient, {name}"), slopes));
+        let found = sizes.map(|cells| (1.0 / f64::from(cells), errors(order, cells)));
+        let values = found.map(|(h, (value, _))| (h, value));
+        let slopes = found.map(|(h, (_, slope))| (h, slope));
+        let overall = [values, slopes].map(|line| {
+            let [(coarse, first), .., (fine, last)] = line;
+            observed_order(first, last, coarse / fine)
+        });
+        let rises = overall[0] > least[0] && overall[1] > least[1];
+        assert!(rises, "{name}: orders {overall:?}");
+        lines.push(Series::line(format!("value, {name}"), values.to_vec()));
+        lines.push(Series::line(format!("gradient, {name}"), slopes.to_vec()));
     }
     let plots = plots![
         "convergence" "Error against spacing", log "h", log "rms error" => lines;

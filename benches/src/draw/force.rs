@@ -14,15 +14,15 @@ pub(super) fn draw(folder: &Path) -> Result<(), StudyError> {
     ];
     let hertz = |d: f64| 4.0 / 3.0 / 0.91 * d.powf(1.5);
     let mut reference = Reference::new([8, 12])?;
-    let mut curves = vec![Series::line(
-        "Hertz, half space",
-        depths.map(|d| (d, hertz(d))).to_vec(),
-    )];
     let mut elements = Vec::new();
     for d in depths {
         elements.push((d, reference.press(1.0, d)?.force));
     }
-    curves.push(Series::dots("finite elements", elements));
+    let theory = depths.map(|d| (d, hertz(d))).to_vec();
+    let mut curves = vec![
+        Series::line("Hertz, half space", theory),
+        Series::dots("finite elements", elements),
+    ];
     for (name, mut press) in [
         ("5,832 regular nodes", cube(17)?),
         ("1,573 graded nodes", graded([10, 10, 12])?),
@@ -30,8 +30,7 @@ pub(super) fn draw(folder: &Path) -> Result<(), StudyError> {
         let mut points = Vec::new();
         for depth in depths {
             let found = press.press(1.0 / SMALL, depth * SMALL, 1e-10)?;
-            let force = found.force / SMALL;
-            points.push((depth, force));
+            points.push((depth, found.force / SMALL));
         }
         curves.push(Series::line(name, points));
     }

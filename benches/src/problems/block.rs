@@ -8,6 +8,7 @@ use phyxel_discretize::{
 };
 use phyxel_elastic::{Elastic, Material, Materials, Nodes, Settings};
 use phyxel_mls::{ConservativeSettings, GradientStencils, Neighborhoods, inverse_square_weights};
+use testkit::kuhn::{self, mirrored_block};
 
 use super::solid::Solid;
 use crate::StudyError;
@@ -63,9 +64,6 @@ pub struct Block {
 
 impl Block {
     /// A body of positively oriented tetrahedra, its nodes in the order given.
-    ///
-    /// # Errors
-    /// [`StudyError`] if there are no stencils on these nodes.
     pub fn new(rest: Vec<DVec3>, tetrahedra: Vec<[u32; 4]>) -> Result<Self, StudyError> {
         let volumes = nodal_volumes(&rest, &tetrahedra);
         let triangles = boundary_triangles(&tetrahedra, |_| true);
@@ -88,7 +86,7 @@ impl Block {
     ///
     /// # Panics
     /// If it is not valid.
-    pub fn of(block: testkit::block::Block) -> Self {
+    pub fn of(block: kuhn::Block) -> Self {
         let (rest, volumes, boundary) = (block.positions, block.volumes, block.boundary_vectors);
         let graph = Neighborhoods::from_graph(block.offsets, block.indices).expect("a graph");
         Self {
@@ -104,13 +102,10 @@ impl Block {
 
     /// The box `[0, size]` (m) of `cells` of the test kit, nodes moved by up to `jitter` of a cell.
     pub fn jittered(cells: [usize; 3], size: DVec3, jitter: f64, seed: u64) -> Self {
-        Self::of(testkit::block::Block::new(cells, size, jitter, seed))
+        Self::of(mirrored_block(cells, size, jitter, seed))
     }
 
     /// The same nodes coupled by another graph, which must be symmetric.
-    ///
-    /// # Errors
-    /// [`StudyError`] if there are no stencils on it.
     pub fn on_graph(&self, graph: Neighborhoods) -> Result<Self, StudyError> {
         let stencils = conservative(&self.rest, &self.volumes, &self.boundary, &graph)?;
         Ok(Self {
@@ -134,7 +129,8 @@ impl Block {
 
     /// Nodes that pass a test of their place at rest.
     pub fn nodes(&self, chosen: impl Fn(DVec3) -> bool) -> Vec<u32> {
-        nodes_where(&self.rest, chosen)
+        let with = (0_u32..).zip(&self.rest).filter(|(_, x)| chosen(**x));
+        with.map(|(node, _)| node).collect()
     }
 
     /// Root of the squares of `off`, of each node's position and position at rest (m), weighed with the volumes.
@@ -164,9 +160,6 @@ impl Block {
     }
 
     /// The elastic model of one material on `stencils`: the body's own, or those of a cut.
-    ///
-    /// # Errors
-    /// [`StudyError`] if the model does not take the stencils.
     pub fn elastic(
         &self,
         stencils: &GradientStencils,
@@ -231,9 +224,4 @@ pub(crate) fn faces_where(
 ) -> Vec<[u32; 3]> {
     let inside = |t: &&[u32; 3]| t.iter().all(|v| chosen(rest[*v as usize]));
     triangles.iter().filter(inside).copied().collect()
-}
-
-pub(crate) fn nodes_where(rest: &[DVec3], chosen: impl Fn(DVec3) -> bool) -> Vec<u32> {
-    let with = (0_u32..).zip(rest).filter(|(_, x)| chosen(**x));
-    with.map(|(node, _)| node).collect()
 }

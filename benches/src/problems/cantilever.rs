@@ -57,25 +57,18 @@ pub struct Tetrahedra<'a> {
 impl<'a> Tetrahedra<'a> {
     /// Tetrahedra between rest positions (m), of one material.
     pub fn new(rest: &[DVec3], tetrahedra: &'a [[u32; 4]], material: Material) -> Self {
-        let elements = tetrahedra
-            .iter()
-            .map(|t| {
-                let [a, b, c, d] = t.map(|v| rest[v as usize]);
-                let edges = DMat3::from_cols(b - a, c - a, d - a);
-                let inverse = edges.inverse().transpose();
-                let g = [inverse.x_axis, inverse.y_axis, inverse.z_axis];
-                let volume = edges.determinant() / 6.0;
-                (
-                    [-(g[0] + g[1] + g[2]), g[0], g[1], g[2]],
-                    volume,
-                    DMat3::IDENTITY,
-                )
-            })
-            .collect();
+        let element = |t: &[u32; 4]| {
+            let [a, b, c, d] = t.map(|v| rest[v as usize]);
+            let edges = DMat3::from_cols(b - a, c - a, d - a);
+            let inverse = edges.inverse().transpose();
+            let [x, y, z] = [inverse.x_axis, inverse.y_axis, inverse.z_axis];
+            let volume = edges.determinant() / 6.0;
+            ([-(x + y + z), x, y, z], volume, DMat3::IDENTITY)
+        };
         Self {
             tetrahedra,
             material,
-            elements,
+            elements: tetrahedra.iter().map(element).collect(),
         }
     }
 

@@ -63,13 +63,27 @@ pub struct Pressing {
 impl Press {
     /// A 2 m cube, its top at z = 0, from its body: sides and bottom fixed, contact by six
     /// points a triangle of the top. `spacing` (m) sets the penalty.
-    ///
-    /// # Errors
-    /// [`StudyError`] if there is no surface to press.
-    pub fn cube(body: ElasticBody, spacing: f64) -> Result<Self, StudyError> {
+    fn cube(body: ElasticBody, spacing: f64) -> Result<Self, StudyError> {
         let supports = BoundaryConditions::fixed_where(&body.rest, held);
-        let top = body.faces(on_top);
-        Self::on(body, supports, &top, spacing)
+        let (top, rest) = (body.faces(on_top), body.rest.clone());
+        Self::of(body, rest, supports, &top, spacing)
+    }
+
+    /// The same by the default on nodes of tetrahedra, with hourglass stabilization `control`.
+    pub fn on_nodes(
+        (nodes, tetrahedra): (Vec<DVec3>, Vec<[u32; 4]>),
+        control: f64,
+        spacing: f64,
+    ) -> Result<Self, StudyError> {
+        let body = ElasticBody::new(&nodes, &tetrahedra, SOFT, control)?;
+        Self::cube(body, spacing)
+    }
+
+    /// The same by the dissertation's model on a regular lattice.
+    pub fn by_dissertation(cells: u32) -> Result<Self, StudyError> {
+        let (nodes, tetrahedra) = cube_lattice(cells);
+        let body = ElasticBody::dissertation(&nodes, &tetrahedra, SOFT)?;
+        Self::cube(body, 2.0 / f64::from(cells))
     }
 
     /// Positions (m) as they are read, where the last sphere left the body: see
@@ -83,37 +97,17 @@ impl Press {
     /// A quarter of a block between two symmetry planes, far sides and bottom fixed: `lines` (m), ascending
     /// from 0, are where its nodes lie along each axis. Contact within `reach` (m) of the corner, by six
     /// points a triangle; `spacing` (m) sets the penalty.
-    ///
-    /// # Errors
-    /// [`StudyError`] if there is no surface to press.
     pub fn quarter(lines: &[f64], reach: f64, spacing: f64) -> Result<Self, StudyError> {
         let end = lines.last().copied().unwrap_or_default();
         let down: Vec<f64> = lines.iter().rev().map(|x| -x).collect();
         let (nodes, tetrahedra) = lattice_on([lines, lines, &down]);
         let body = ElasticBody::new(&nodes, &tetrahedra, SOFT, 0.1)?;
         let edge = 1e-9 * reach;
-        let mut supports = BoundaryConditions::free(body.rest.len());
-        for node in body.nodes(|x| x.x < edge) {
-            supports.slide(node, DVec3::X);
-        }
-        for node in body.nodes(|x| x.y < edge) {
-            supports.slide(node, DVec3::Y);
-        }
-        for node in body.nodes(|x| x.x.max(x.y).max(-x.z) > end - edge) {
-            supports.fix(node);
-        }
+        let is_far = |x: DVec3| x.x.max(x.y).max(-x.z) > end - edge;
+        let supports = between_planes(&body.rest, edge, is_far);
         let near = body.faces(|x| x.z > -edge && x.x < reach && x.y < reach);
-        Self::on(body, supports, &near, spacing)
-    }
-
-    fn on(
-        body: ElasticBody,
-        supports: BoundaryConditions,
-        top: &[[u32; 3]],
-        spacing: f64,
-    ) -> Result<Self, StudyError> {
         let rest = body.rest.clone();
-        Self::of(body, rest, supports, top, spacing)
+        Self::of(body, rest, supports, &near, spacing)
     }
 }
 
@@ -158,9 +152,6 @@ impl<B: ForceLaw> Press<B> {
     }
 
     /// Presses a sphere of `radius` to `depth` (m); unbalanced forces fall to `tolerance`.
-    ///
-    /// # Errors
-    /// [`StudyError`] if no equilibrium is found.
     pub fn press(
         &mut self,
         radius: f64,
@@ -186,16 +177,12 @@ impl<B: ForceLaw> Press<B> {
 
 /// The 2 m cube on a regular lattice.
 pub fn cube(cells: u32) -> Result<Press, StudyError> {
-    let (nodes, tetrahedra) = cube_lattice(cells);
-    let body = ElasticBody::new(&nodes, &tetrahedra, SOFT, 0.1)?;
-    Press::cube(body, 2.0 / f64::from(cells))
+    Press::on_nodes(cube_lattice(cells), 0.1, 2.0 / f64::from(cells))
 }
 
 /// The same with nodes drawn towards the middle of the top.
 pub fn graded(cells: [u32; 3]) -> Result<Press, StudyError> {
-    let (nodes, tetrahedra) = graded_lattice(cells);
-    let body = ElasticBody::new(&nodes, &tetrahedra, SOFT, 0.1)?;
-    Press::cube(body, 0.45 * 2.0 / f64::from(cells[0]))
+    Press::on_nodes(graded_lattice(cells), 0.1, 0.45 * 2.0 / f64::from(cells[0]))
 }
 
 /// Radius (m) of the sphere that a half-space is pressed with.
@@ -249,15 +236,26 @@ pub fn graded_lattice(cells: [u32; 3]) -> (Vec<DVec3>, Vec<[u32; 4]>) {
 }
 
 /// Nodes and tetrahedra of the 2 m cube as scenes sample it, about `count` nodes.
-///
-/// # Errors
-/// [`StudyError`] if they are too few.
 pub fn cube_sampled(count: usize) -> Result<(Vec<DVec3>, Vec<[u32; 4]>), StudyError> {
     let half_extents = DVec3::ONE;
     let cube = Shape::from(Primitive::Box { half_extents });
     let found = sample_tetrahedra(&cube, &SampleSettings::nodes(count))?;
     let nodes = found.positions.iter().map(|x| *x - DVec3::Z).collect();
     Ok((nodes, found.tetrahedra))
+}
+
+/// Supports of a quarter between the planes x = 0 and y = 0 of symmetry, on which nodes are up to `edge` (m); fixed where
+/// `is_held` says.
+pub(super) fn between_planes(
+    rest: &[DVec3],
+    edge: f64,
+    is_held: impl Fn(DVec3) -> bool,
+) -> BoundaryConditions {
+    let mut supports = BoundaryConditions::fixed_where(rest, &is_held);
+    for (node, x) in (0_u32..).zip(rest).filter(|(_, x)| !is_held(**x)) {
+        supports.fix_axes(node, [x.x < edge, x.y < edge, false]);
+    }
+    supports
 }
 
 /// Whether a point of the cube is on a held side.
@@ -310,9 +308,6 @@ pub struct HalfSpace {
 
 /// Presses a sphere of 10 m to `depth` (m) on a quarter of a block so large that it is nearly a half-space: its cells are
 /// `spacing` (m) wide, so many from the middle on, then so many that grow by `growth` each.
-///
-/// # Errors
-/// [`StudyError`] if no equilibrium is found.
 pub fn half_space(
     depth: f64,
     spacing: f64,

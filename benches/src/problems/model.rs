@@ -6,8 +6,9 @@ use phyxel_integrate::{
     BoundaryConditions, Eigenvalue, EigenvalueSettings, ForceLaw, largest_eigenvalue,
 };
 use phyxel_mls::{DissertationCloud, NearestSettings, dissertation_cloud, k_nearest};
+use testkit::solve::conjugate_gradients;
 
-use super::block::{Block, faces_where, lattice, nodes_where};
+use super::block::{Block, faces_where, lattice};
 use super::solid::Solid;
 use crate::StudyError;
 use crate::error::not_solved;
@@ -111,11 +112,6 @@ impl ElasticBody {
         })
     }
 
-    /// Nodes that pass a test of their place at rest.
-    pub fn nodes(&self, chosen: impl Fn(DVec3) -> bool) -> Vec<u32> {
-        nodes_where(&self.rest, chosen)
-    }
-
     /// Surface triangles whose corners all pass a test of their place at rest.
     pub fn faces(&self, chosen: impl Fn(DVec3) -> bool) -> Vec<[u32; 3]> {
         faces_where(&self.triangles, &self.rest, chosen)
@@ -190,8 +186,8 @@ pub fn dissertation(
     Ok((elastic, masses.masses))
 }
 
-/// Displacements (m) of small strain under nodal forces (N) by conjugate gradients to 1e-10;
-/// components whose mask is 0 are held.
+/// Displacements (m) of small strain under nodal forces (N) by conjugate gradients to 1e-10; components of a node whose
+/// mask is 0 are held.
 ///
 /// # Errors
 /// If they do not come so near.
@@ -199,36 +195,18 @@ pub fn small_displacements(
     law: &mut impl ForceLaw,
     rest: &[DVec3],
     forces: &[DVec3],
-    mask: impl Fn(DVec3) -> DVec3,
+    mask: impl Fn(usize) -> DVec3,
 ) -> Result<Vec<DVec3>, StudyError> {
     let n = rest.len();
     law.forces_into(rest, &mut vec![DVec3::ZERO; n]);
-    let mask: Vec<DVec3> = rest.iter().map(|&x| mask(x)).collect();
-    let dot = |a: &[DVec3], b: &[DVec3]| a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum::<f64>();
-    let mut u = vec![DVec3::ZERO; n];
-    let mut r: Vec<DVec3> = forces.iter().zip(&mask).map(|(f, m)| *f * *m).collect();
-    let mut p = r.clone();
-    let mut product = vec![DVec3::ZERO; n];
-    let mut rr = dot(&r, &r);
-    let end = rr * 1e-20;
-    for _ in 0..8000 {
-        if rr <= end {
-            return Ok(u);
-        }
-        law.tangent_product_into(&p, &mut product);
+    let mask: Vec<DVec3> = (0..n).map(mask).collect();
+    let forces = forces.iter().zip(&mask).map(|(f, m)| *f * *m).collect();
+    let product = |v: &[DVec3], product: &mut [DVec3]| {
+        law.tangent_product_into(v, product);
         for (q, m) in product.iter_mut().zip(&mask) {
             *q *= *m;
         }
-        let step = rr / dot(&p, &product);
-        for i in 0..n {
-            u[i] += step * p[i];
-            r[i] -= step * product[i];
-        }
-        let next = dot(&r, &r);
-        for i in 0..n {
-            p[i] = r[i] + next / rr * p[i];
-        }
-        rr = next;
-    }
-    Err(not_solved((rr / end).sqrt() * 1e-10))
+    };
+    let solved = conjugate_gradients(product, forces, &vec![1.0; n], 1e-20, 8000);
+    solved.map_err(|(_, left)| not_solved(left.sqrt()))
 }

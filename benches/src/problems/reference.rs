@@ -1,10 +1,10 @@
 //! The 2 m cube under a sphere by finite elements: the reference, computed where it is wanted.
 
 use glam::{BVec2, DVec2, DVec3};
-use phyxel_integrate::{BoundaryConditions, ForceLaw};
+use phyxel_integrate::ForceLaw;
 
 use super::elements::{Elements, Order, displacements};
-use super::indentation::{EDGE, Press, SMALL, SOFT, grade, held, on_top};
+use super::indentation::{EDGE, Press, SMALL, SOFT, between_planes, grade, held, on_top};
 use crate::StudyError;
 
 /// Unbalanced forces relative to the tool's at which the elements count as at rest.
@@ -86,16 +86,13 @@ impl Reference {
 
     /// Displacements (m) of the finer lattice with the sides and the bottom fixed and a field given on the
     /// top, even in x and y; the answer is read at points of the whole cube.
-    ///
-    /// # Errors
-    /// [`StudyError`] if they are not found.
     pub fn with_top(
         &self,
         top: impl Fn(DVec3) -> DVec3,
     ) -> Result<impl Fn(DVec3) -> DVec3, StudyError> {
         let mut body = self.fine.body.clone();
         let rest = body.rest.clone();
-        let mut supports = symmetric(&rest);
+        let mut supports = between_planes(&rest, EDGE, held);
         let mut moved = vec![DVec3::ZERO; rest.len()];
         for (node, x) in (0_u32..).zip(&rest) {
             if on_top(*x) && !held(*x) {
@@ -120,34 +117,19 @@ pub(crate) fn pulled(body: &mut impl ForceLaw, rest: &[DVec3], moved: &[DVec3]) 
     forces.iter().map(|force| -*force).collect()
 }
 
-fn symmetric(rest: &[DVec3]) -> BoundaryConditions {
-    let mut supports = BoundaryConditions::free(rest.len());
-    for (node, x) in (0_u32..).zip(rest) {
-        if held(*x) {
-            supports.fix(node);
-        } else {
-            supports.fix_axes(node, [x.x < EDGE, x.y < EDGE, false]);
-        }
-    }
-    supports
-}
-
 fn quarter(cells: u32) -> Result<Press<Elements>, StudyError> {
     let part = |k: u32| f64::from(k) / f64::from(cells);
     let across = || (0..=cells).map(|k| grade(part(k))).collect();
     let down = (0..=cells).map(|k| -2.0 * grade(1.0 - part(k))).collect();
     let body = Elements::new([across(), across(), down], Order::Quadratic, SOFT);
-    let supports = symmetric(&body.rest);
+    let supports = between_planes(&body.rest, EDGE, held);
     Press::on_elements(body, supports, 0.45 / f64::from(cells))
 }
 
 /// A field of the quarter at a point of the whole cube.
 fn mirrored(body: &Elements, values: &[DVec3], at: DVec3) -> DVec3 {
     let value = body.field_at(values, at.abs().truncate().extend(at.z));
-    let sign = DVec2::select(
-        BVec2::new(at.x < 0.0, at.y < 0.0),
-        DVec2::NEG_ONE,
-        DVec2::ONE,
-    );
+    let is_mirrored = BVec2::new(at.x < 0.0, at.y < 0.0);
+    let sign = DVec2::select(is_mirrored, DVec2::NEG_ONE, DVec2::ONE);
     value * sign.extend(1.0)
 }

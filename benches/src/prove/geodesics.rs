@@ -131,73 +131,54 @@ impl SampledPaths {
     /// Lengths of the shortest paths found with one bend, and with any number; infinite from `limit`.
     fn shortest(&self, a: DVec3, b: DVec3, limit: f64) -> [f64; 2] {
         // Triangles and stops within the ellipsoid of the limit.
-        let middle = a.midpoint(b);
-        let local: Vec<[DVec3; 3]> = self
-            .triangles
-            .iter()
-            .copied()
-            .filter(|t| {
-                let center = (t[0] + t[1] + t[2]) / 3.0;
-                let size = t.map(|corner| corner.distance(center));
-                center.distance(middle) < 0.5 * limit + size[0].max(size[1]).max(size[2])
-            })
-            .collect();
+        let is_local = |t: &&[DVec3; 3]| {
+            let center = (t[0] + t[1] + t[2]) / 3.0;
+            let size = t.map(|corner| corner.distance(center));
+            let reach = 0.5 * limit + size[0].max(size[1]).max(size[2]);
+            center.distance(a.midpoint(b)) < reach
+        };
+        let local: Vec<[DVec3; 3]> = self.triangles.iter().filter(is_local).copied().collect();
         let free = |a: DVec3, b: DVec3| !local.iter().any(|&t| crosses(a, b, t));
-        let near: Vec<Stop> = self
-            .stops
-            .iter()
-            .copied()
-            .filter(|s| s.at.distance(a) + s.at.distance(b) < limit)
-            .collect();
+        let is_near = |s: &&Stop| s.at.distance(a) + s.at.distance(b) < limit;
+        let near: Vec<Stop> = self.stops.iter().filter(is_near).copied().collect();
         let to_end: Vec<bool> = near.iter().map(|s| free(s.at, b)).collect();
-        let from_start: Vec<bool> = near.iter().map(|s| free(a, s.at)).collect();
+        let from_start = |s: &Stop| {
+            if free(a, s.at) {
+                s.at.distance(a)
+            } else {
+                f64::INFINITY
+            }
+        };
         // Dijkstra 1959, by loops.
-        let mut reached: Vec<f64> = (near.iter().zip(&from_start))
-            .map(|(s, &seen)| {
-                if seen {
-                    s.at.distance(a)
-                } else {
-                    f64::INFINITY
-                }
-            })
-            .collect();
-        let mut with_one = f64::INFINITY;
-        for k in (0..near.len()).filter(|&k| to_end[k] && from_start[k]) {
-            let way = self.tight(&[near[k]], a, b, &free);
-            with_one = with_one.min(way);
-        }
-        let mut before = vec![usize::MAX; near.len()];
+        let mut reached: Vec<f64> = near.iter().map(from_start).collect();
+        let bends = (0..near.len()).filter(|&k| to_end[k] && reached[k].is_finite());
+        let with_one = bends.map(|k| self.tight(&[near[k]], a, b, &free));
+        let with_one = with_one.fold(f64::INFINITY, f64::min);
+        let mut before = vec![None; near.len()];
         let mut done = vec![false; near.len()];
-        // Of the sampled paths those a little longer than the best may be the best when tightened.
         let (mut best, mut best_sampled) = (with_one, f64::INFINITY);
+        // Of the sampled paths those a little longer than the best may be the best when tightened.
+        let is_short = |length: f64, k: usize, best_sampled: f64| {
+            length + near[k].at.distance(b) < (best_sampled + 0.02 * limit).min(limit)
+        };
         while let Some(k) = (0..near.len())
-            .filter(|&k| {
-                !done[k]
-                    && reached[k] + near[k].at.distance(b)
-                        < (best_sampled + 0.02 * limit).min(limit)
-            })
+            .filter(|&k| !done[k] && is_short(reached[k], k, best_sampled))
             .min_by(|&k, &m| reached[k].total_cmp(&reached[m]))
         {
             done[k] = true;
             if to_end[k] {
                 best_sampled = best_sampled.min(reached[k] + near[k].at.distance(b));
-                let (mut path, mut at) = (vec![], k);
-                while at != usize::MAX {
-                    path.push(near[at]);
-                    at = before[at];
-                }
+                let stops = std::iter::successors(Some(k), |&k| before[k]);
+                let mut path: Vec<Stop> = stops.map(|k| near[k]).collect();
                 path.reverse();
                 best = best.min(self.tight(&path, a, b, &free));
             }
             for m in 0..near.len() {
                 let length = reached[k] + near[k].at.distance(near[m].at);
-                if !done[m]
-                    && length < reached[m]
-                    && length + near[m].at.distance(b) < (best_sampled + 0.02 * limit).min(limit)
-                    && free(near[k].at, near[m].at)
-                {
+                let nearer = !done[m] && length < reached[m];
+                if nearer && is_short(length, m, best_sampled) && free(near[k].at, near[m].at) {
                     reached[m] = length;
-                    before[m] = k;
+                    before[m] = Some(k);
                 }
             }
         }
@@ -258,7 +239,7 @@ fn strip(random: &mut Random, radius: f64) -> Vec<Vec<DVec3>> {
 }
 
 /// Weights of all pairs of random clouds that random strips cross, against the shortest paths.
-pub(super) fn random_strips_through_random_clouds_match_sampled_shortest_paths(proof: &mut Proof) {
+pub(super) fn geodesics_random(proof: &mut Proof) {
     let radius = 0.22;
     let (mut count, mut severed, mut wrong, mut leaks) = (0.0, 0.0, 0.0, 0.0);
     // Squares of errors of the weight: what is found, and the best of one bend.
@@ -306,7 +287,7 @@ pub(super) fn random_strips_through_random_clouds_match_sampled_shortest_paths(p
 }
 
 /// The same of a fraction of the pairs that twisted strips cross.
-pub(super) fn paths_around_twisted_strips_are_the_shortest(proof: &mut Proof) {
+pub(super) fn geodesics_twisted(proof: &mut Proof) {
     let turns = [
         (90.0, 16),
         (180.0, 16),
@@ -336,10 +317,7 @@ pub(super) fn paths_around_twisted_strips_are_the_shortest(proof: &mut Proof) {
             count += 1.0;
         }
         let rms = f64::sqrt(squares / count);
-        proof.below(
-            format!("twist of {turn} in {blades}: rms of the weight"),
-            rms,
-            2e-3,
-        );
+        let what = format!("twist of {turn} in {blades}: rms of the weight");
+        proof.below(what, rms, 2e-3);
     }
 }

@@ -10,12 +10,10 @@ use crate::studies::embedded;
 /// it cannot decide are left to the default rule, and the run comes to its end with the cut made. It may cut
 /// more than the blade did: with 300 nodes, where a lattice's cell is as long as what a cut leaves, the block
 /// that is cut half through twice falls apart.
-pub(super) fn every_embedded_scene_ends_well_with_the_grid_at_three_sizes(proof: &mut Proof) {
-    let runs: Vec<(&str, u32)> = EMBEDDED
-        .iter()
-        .filter(|scene| !scene.name.ends_with("dissertation"))
-        .flat_map(|scene| [600, 1_100, 1_500].map(|nodes| (scene.name, nodes)))
-        .collect();
+pub(super) fn grid(proof: &mut Proof) {
+    let ours = EMBEDDED.iter().map(|scene| scene.name);
+    let ours = ours.filter(|name| !name.ends_with("dissertation"));
+    let runs = ours.flat_map(|name| [600, 1_100, 1_500].map(|nodes| (name, nodes)));
     let mut wrong = Vec::new();
     for (name, nodes) in runs {
         let target = format!("bodies[0].sampling.target=Nodes({nodes})");
@@ -32,14 +30,10 @@ pub(super) fn every_embedded_scene_ends_well_with_the_grid_at_three_sizes(proof:
         let mut world = World::new(scene).unwrap();
         let played = world.play(end, |_| {});
         assert!(played.is_ok(), "{name}, {nodes} nodes: {played:?}");
-        let audit = world.bodies()[0].motion.audit();
-        // 4.7e-3 at most, in the liver of 1,100 nodes.
-        proof.below(
-            format!("energy-balance error of {name}, {nodes} nodes"),
-            audit.unexplained(),
-            0.02,
-        );
         let body = &world.bodies()[0];
+        // 4.7e-3 at most, in the liver of 1,100 nodes.
+        let what = format!("energy-balance error of {name}, {nodes} nodes");
+        proof.below(what, body.motion.audit().unexplained(), 0.02);
         let Some(cutting) = &body.cutting else {
             assert_eq!(cuts, 0, "{name}");
             continue;
@@ -47,12 +41,9 @@ pub(super) fn every_embedded_scene_ends_well_with_the_grid_at_three_sizes(proof:
         let (lattices, without) = cutting.factors.grid_counts().expect("it is the grid");
         proof.above("lattices against cuts", lattices as f64, cuts as f64);
         // The edge bends in the material, the more the coarser the body is; yet lattices decide some.
-        let weakened = cutting.factors.crossed_count();
-        proof.below(
-            "pairs left to the default rule, of those crossed",
-            without as f64,
-            weakened as f64 - 1.0,
-        );
+        let weakened = cutting.factors.crossed_count() as f64;
+        let what = "pairs left to the default rule, of those crossed";
+        proof.below(what, without as f64, weakened - 1.0);
         let pieces = body.pieces();
         let whole = pieces.sizes.iter().filter(|size| **size > 12).count();
         if whole < 1 + usize::from(through) {
@@ -64,8 +55,6 @@ pub(super) fn every_embedded_scene_ends_well_with_the_grid_at_three_sizes(proof:
     // captures 0.1, 0.15, 0.2, 0.3 and 0.6 spacings apart the blocks of 600, 1,100 and 1,500 nodes fall in two in 1, 2, 3, 2 and 3 of 3.
     let known = [("liver", 1100), ("block-1408", 1500), ("block-436", 1500)];
     wrong.retain(|(name, nodes, _)| !known.contains(&(*name, *nodes)));
-    proof.holds(
-        format!("all come apart but those known: {wrong:?}"),
-        wrong.is_empty(),
-    );
+    let what = format!("all come apart but those known: {wrong:?}");
+    proof.holds(what, wrong.is_empty());
 }

@@ -21,7 +21,7 @@ fn errors(mut press: Press, known: &[Known]) -> Vec<f64> {
     errors
 }
 
-pub(super) fn block_indentation_meets_finite_elements(proof: &mut Proof) {
+pub(super) fn indentation(proof: &mut Proof) {
     let mut reference = Reference::new([12, 16]).unwrap();
     let known = SPHERES.map(|(radius, depth)| reference.press(radius, depth).unwrap());
     for known in &known {
@@ -49,7 +49,7 @@ pub(super) fn block_indentation_meets_finite_elements(proof: &mut Proof) {
     }
 }
 
-pub(super) fn hertz_on_a_quarter_of_a_large_block(proof: &mut Proof) {
+pub(super) fn hertz_quarter(proof: &mut Proof) {
     let depth = 0.001;
     let spacing = 1.5 * hertz_radius(depth) / 8.0;
     let mut forces = Vec::new();

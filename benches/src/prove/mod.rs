@@ -41,98 +41,51 @@ macro_rules! claims {
 
 /// Every claim, those that take longest first, so that all cores end together.
 pub const CLAIMS: &[Claim] = claims! {
-    "chapter6" studies::chapter_6_cuts_three_bodies_twice,
-        "the study chapter6: three bodies, cut twice";
-    "cracks" scenes::cracks_by_a_blade,
-        "a blade's slit, centre crack and penny: mouths, works of modes I to III";
-    "splat-holes" studies::splat_study_finds_no_hole_in_the_default,
-        "the study splat: no hole, fewer errors with more surfels";
-    "matrix" scenes::matrix,
-        "a dozen scenes of the matrix keep every limit";
-    "grid" grids::every_embedded_scene_ends_well_with_the_grid_at_three_sizes,
-        "embedded scenes with the enrichment grid end well at three sizes";
-    "hertz" studies::hertz_study_meets_the_block_and_the_half_space,
-        "the study hertz: a sphere on a block, against finite elements and a half-space";
-    "field" studies::field_study_reads_nearer_than_nodes_are,
-        "the study field: displacements are read nearer to finite elements than nodes have them";
-    "contact" studies::contact_study_meets_closed_forms,
-        "the study contact: flanks, spheres, bars, sliding";
-    "touch" touch::what_touches_holds,
-        "hard cases of bodies and flanks that touch";
-    "real-meshes" real_meshes::real_meshes_sample_well,
-        "real organ meshes are sampled well at four sizes";
-    "edge-crack" cuts::tada_paris_irwin_edge_crack,
-        "an edge crack has the stress intensity of Tada, Paris, Irwin";
-    "griffith" scenes::energy_release_rate,
-        "a cut releases the energy release rate, and no update adds energy";
-    "indentation" indentation::block_indentation_meets_finite_elements,
-        "forces of a pressed sphere are those of finite elements";
-    "hertz-quarter" indentation::hertz_on_a_quarter_of_a_large_block,
-        "a large block gives the force and pressure of Hertz";
-    "cantilever" bending::cantilever_small_strain,
-        "tip deflection of beams, small strain, three Poisson ratios";
-    "large-deformation" elastic::large_deformation_converges,
-        "a manufactured large deformation converges";
-    "energy" dynamics::energy_of_a_bending_beam_stays_over_1e5_steps,
-        "a bending beam keeps its energy over 1e5 steps";
-    "crack" studies::crack_study_finds_the_default_nearest_to_the_handbook,
-        "the study crack: the default is nearest to the handbook";
-    "set-up-after" cuts::a_set_up_after_the_cut_opens_it_and_the_trap_glues_it,
-        "a set-up after the cut opens it";
-    "pieces" cuts::pieces_of_through_cuts_feel_nothing_of_each_other,
-        "pieces of through cuts feel nothing of each other";
-    "viscosity" scenes::viscous_bodies_close,
-        "cut bodies that creep close their energy, by every scheme";
-    "ring" scenes::a_cut_ring_falls_apart,
-        "a ring that is cut through falls apart, whatever its stiffness and the blade's angle";
-    "check" scenes::check_accepts_what_runs,
-        "check accepts the random scenes that run, and no others";
-    "step-limit" scenes::step_below_its_limit,
-        "the step is below the limit of an independent estimate";
-    "cook" scenes::cooks_membrane,
-        "Cook's membrane rises as it should";
-    "bending" bending::bending_converges,
-        "pure bending converges";
-    "large-deflection" bending::cantilever_large_deflection,
-        "a cantilever at large deflection";
-    "control" bending::cantilever_against_the_control_coefficient,
-        "how much the control coefficient matters";
-    "patch" elastic::patch_test_with_affine_boundary,
-        "patch tests on five clouds";
-    "soft-modes" elastic::a_free_body_has_six_soft_modes_and_no_more,
-        "a free body has six soft modes";
-    "dilatation" elastic::clamped_cube_needs_mean_dilatation,
-        "mean dilatation against locking";
-    "wave" dynamics::standing_wave_in_a_bar_converges_in_space_to_the_wave_speed,
-        "a standing wave converges in space";
-    "dropped-sphere" dynamics::a_dropped_sphere_bounces_with_a_closed_audit,
-        "a dropped sphere bounces with a closed audit";
-    "geodesics-random" geodesics::random_strips_through_random_clouds_match_sampled_shortest_paths,
-        "factors around random strips are those of sampled shortest paths";
-    "geodesics-twisted" geodesics::paths_around_twisted_strips_are_the_shortest,
-        "factors around twisted strips are those of sampled shortest paths";
-    "beam" studies::beam_study_comes_near_the_finite_elements,
-        "the study beam: near the finite elements";
-    "figures" studies::figures_study_draws_each_and_table_1_has_its_pattern,
-        "the study figures: each is drawn, table 1 has its pattern";
-    "stretch" stretch::every_material_is_exact,
-        "a stretched cube with free sides has the stress of every material's closed form";
-    "splat-curvature" studies::splat_study_says_where_following_curvature_gains,
-        "the study splat: where following curvature gains";
-    "splat-depth" studies::splat_study_leaves_no_hole_and_errs_less_with_more_surfels,
-        "the study splat: depth and inside tests";
-    "scattered" scattered::interpolation_of_scattered_points,
-        "values at 100,000 places from 10,000 random points";
-    "random-seed" scenes::random_scenes_depend_on_seed_and_number,
-        "random scenes depend on seed and number alone";
-    "random-keys" scenes::random_scenes_say_all_that_scenes_can,
-        "random scenes draw every key of scenes but those that are listed";
-    "command-line" studies::studies_are_listed_and_a_misspelt_one_is_named,
-        "studies are listed, a misspelt one is named";
-    "own" own::parts,
-        "the studies' own code: finite elements, exact cracks, tables, this command";
-    "pipe" studies::a_reader_may_leave,
-        "a reader of the output may leave";
+    "chapter6" studies::chapter6, "the study chapter6: three bodies, cut twice";
+    "cracks" scenes::cracks, "a blade's slit, centre crack and penny: mouths, works of modes I to III";
+    "splat-holes" studies::splat_holes, "the study splat: no hole, fewer errors with more surfels, inside tests";
+    "matrix" scenes::matrix, "a dozen scenes of the matrix keep every limit";
+    "grid" grids::grid, "embedded scenes with the enrichment grid end well at three sizes";
+    "hertz" studies::hertz, "the study hertz: a sphere on a block, against finite elements and a half-space";
+    "field" studies::field, "the study field: displacements are read nearer to finite elements than nodes have them";
+    "contact" studies::contact, "the study contact: flanks, spheres, bars, sliding";
+    "touch" touch::touch, "hard cases of bodies and flanks that touch";
+    "real-meshes" real_meshes::real_meshes, "real organ meshes are sampled well at four sizes";
+    "edge-crack" cuts::edge_crack, "an edge crack has the stress intensity of Tada, Paris, Irwin";
+    "griffith" scenes::griffith, "a cut releases the energy release rate, and no update adds energy";
+    "indentation" indentation::indentation, "forces of a pressed sphere are those of finite elements";
+    "hertz-quarter" indentation::hertz_quarter, "a large block gives the force and pressure of Hertz";
+    "cantilever" bending::cantilever, "tip deflection of beams, small strain, three Poisson ratios";
+    "large-deformation" elastic::large_deformation, "a manufactured large deformation converges";
+    "energy" dynamics::energy, "a bending beam keeps its energy over 1e5 steps";
+    "crack" studies::crack, "the study crack: the default is nearest to the handbook";
+    "set-up-after" cuts::set_up_after, "a set-up after the cut opens it";
+    "pieces" cuts::pieces, "pieces of through cuts feel nothing of each other";
+    "viscosity" scenes::viscosity, "cut bodies that creep close their energy, by every scheme";
+    "ring" scenes::ring, "a ring that is cut through falls apart, whatever its stiffness and the blade's angle";
+    "check" scenes::check, "check accepts the random scenes that run, and no others";
+    "step-limit" scenes::step_limit, "the step is below the limit of an independent estimate";
+    "cook" scenes::cook, "Cook's membrane rises as it should";
+    "bending" bending::bending, "pure bending converges";
+    "large-deflection" bending::large_deflection, "a cantilever at large deflection";
+    "control" bending::control, "how much the control coefficient matters";
+    "patch" elastic::patch, "patch tests on five clouds";
+    "soft-modes" elastic::soft_modes, "a free body has six soft modes";
+    "dilatation" elastic::dilatation, "mean dilatation against locking";
+    "wave" dynamics::wave, "a standing wave converges in space";
+    "dropped-sphere" dynamics::dropped_sphere, "a dropped sphere bounces with a closed audit";
+    "geodesics-random" geodesics::geodesics_random, "factors around random strips are those of sampled shortest paths";
+    "geodesics-twisted" geodesics::geodesics_twisted, "factors around twisted strips are those of sampled shortest paths";
+    "beam" studies::beam, "the study beam: near the finite elements";
+    "figures" studies::figures, "the study figures: each is drawn, table 1 has its pattern";
+    "stretch" stretch::stretch, "a stretched cube with free sides has the stress of every material's closed form";
+    "splat-curvature" studies::splat_curvature, "the study splat: where following curvature gains";
+    "scattered" scattered::scattered, "values at 100,000 places from 10,000 random points";
+    "random-seed" scenes::random_seed, "random scenes depend on seed and number alone";
+    "random-keys" scenes::random_keys, "random scenes draw every key of scenes but those that are listed";
+    "command-line" studies::command_line, "studies are listed, a misspelt one is named";
+    "own" own::own, "the studies' own code: finite elements, exact cracks, tables, this command";
+    "pipe" studies::pipe, "a reader of the output may leave";
 };
 
 /// A figure and the limit that it must keep.
@@ -220,11 +173,8 @@ impl fmt::Display for Outcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let verdict = if self.holds() { "ok" } else { "FAILED" };
         let seconds = self.time.as_secs_f64();
-        writeln!(
-            f,
-            "{} {verdict} in {seconds:.1} s: {}",
-            self.claim.name, self.claim.about
-        )?;
+        let Claim { name, about, .. } = self.claim;
+        writeln!(f, "{name} {verdict} in {seconds:.1} s: {about}")?;
         for Check { text, holds } in &self.proof.checks {
             writeln!(f, "    {text}{}", if *holds { "" } else { "  FAILED" })?;
         }

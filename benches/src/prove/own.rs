@@ -12,7 +12,7 @@ macro_rules! parts {
     };
 }
 
-pub(super) fn parts(proof: &mut Proof) {
+pub(super) fn own(proof: &mut Proof) {
     let parts = parts![
         "a crack in a plane" cracks::a_crack_in_a_plane_has_its_stress_intensities;
         "the exact arc" cracks::the_exact_arc_has_free_faces_tension_far_away_and_the_known_intensities;

@@ -68,7 +68,7 @@ impl Worst {
     }
 }
 
-pub(super) fn real_meshes_sample_well(proof: &mut Proof) {
+pub(super) fn real_meshes(proof: &mut Proof) {
     let Some(folder) = organs::folder() else {
         proof.holds("skipped: PHYXEL_MESHES names no folder of meshes", true);
         return;

@@ -35,14 +35,6 @@ enum Kind {
 }
 
 impl Kind {
-    const ALL: [Self; 5] = [
-        Self::NeoHookean,
-        Self::MooneyRivlin,
-        Self::SaintVenantKirchhoff,
-        Self::Volume,
-        Self::Fibers,
-    ];
-
     fn material(self, nu: f64) -> Material {
         let neo = Material::neo_hookean(1.0, nu);
         match self {
@@ -142,9 +134,15 @@ fn stretched(block: &Block, mut elastic: Elastic, l: f64) -> [f64; 2] {
     ]
 }
 
-pub(super) fn every_material_is_exact(proof: &mut Proof) {
+pub(super) fn stretch(proof: &mut Proof) {
     let block = Block::jittered([3; 3], DVec3::ONE, 0.25, 7);
-    for kind in Kind::ALL {
+    for kind in [
+        Kind::NeoHookean,
+        Kind::MooneyRivlin,
+        Kind::SaintVenantKirchhoff,
+        Kind::Volume,
+        Kind::Fibers,
+    ] {
         let means = [Dilatation::Local, Dilatation::Mean].into_iter();
         for dilatation in means.take(1 + usize::from(kind == Kind::NeoHookean)) {
             let settings = Settings {

@@ -43,19 +43,10 @@ pub struct Table {
     pub name: &'static str,
     /// Title.
     pub title: String,
-    /// Columns.
-    pub columns: Vec<Column>,
+    /// Headings of the columns: `name (unit)`, `1` as the unit of pure numbers, or `name` where they hold words.
+    pub columns: Vec<&'static str>,
     /// Rows, as long as the columns.
     pub rows: Vec<Vec<Cell>>,
-}
-
-/// A column.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Column {
-    /// What it holds.
-    pub name: &'static str,
-    /// Unit, `1` for pure numbers, empty for words.
-    pub unit: &'static str,
 }
 
 /// One entry of a table.
@@ -99,13 +90,13 @@ pub(crate) use row;
 /// The plots of a table: name, title, scale and label of both axes, lines.
 macro_rules! plots {
     ($($name:literal $title:expr, $x:ident $across:expr, $y:ident $up:expr => $lines:expr;)*) => {
-        vec![$($crate::report::Plot::new(
-            $name,
-            $title,
-            $crate::report::$x($across),
-            $crate::report::$y($up),
-            $lines,
-        )),*]
+        vec![$($crate::report::Plot {
+            name: $name,
+            title: $title,
+            x: $crate::report::$x($across),
+            y: $crate::report::$y($up),
+            series: $lines,
+        }),*]
     };
 }
 pub(crate) use plots;
@@ -148,10 +139,10 @@ impl fmt::Display for Cell {
     }
 }
 
-/// Three significant digits, without an exponent where that is short.
+/// Three significant digits, without an exponent where that is short; `NaN` and `inf` of what is no number.
 fn significant(number: f64) -> String {
     let size = number.abs();
-    if size.is_nan() || size == 0.0 {
+    if size == 0.0 {
         "0".to_owned()
     } else if (1e-3..1e5).contains(&size) {
         let smaller = |least: &&f64| size < **least;
@@ -179,22 +170,17 @@ pub(crate) fn in_words(row: &impl serde::Serialize) -> Result<String, StudyError
 }
 
 impl Table {
-    /// A table under a `header` of `name (unit)` of each column, or `name` of one that holds words, with `; ` between them.
+    /// A table under a `header` of the columns' headings with `; ` between them.
     pub(crate) fn new(
         name: &'static str,
         title: impl Into<String>,
         header: &'static str,
         rows: Vec<Vec<Cell>>,
     ) -> Self {
-        let column = |heading: &'static str| {
-            let both = heading.strip_suffix(')').and_then(|h| h.rsplit_once(" ("));
-            let (name, unit) = both.unwrap_or((heading, ""));
-            Column { name, unit }
-        };
         Self {
             name,
             title: title.into(),
-            columns: header.split("; ").map(column).collect(),
+            columns: header.split("; ").collect(),
             rows,
         }
     }
@@ -205,14 +191,14 @@ impl Table {
     /// If a row is not as long as the columns.
     pub fn to_csv(&self) -> Vec<u8> {
         let mut writer = csv::Writer::from_writer(Vec::new());
-        let mut add = |record: Vec<String>| {
-            writer
-                .write_record(record)
-                .expect("rows are as long as the columns, and memory takes all");
-        };
-        add(self.columns.iter().map(Column::heading).collect());
-        for row in &self.rows {
-            add(row.iter().map(Cell::in_full).collect());
+        let headings = self.columns.iter().map(|&heading| heading.to_owned());
+        let rows = self
+            .rows
+            .iter()
+            .map(|row| row.iter().map(Cell::in_full).collect());
+        for record in std::iter::once(headings.collect::<Vec<_>>()).chain(rows) {
+            let written = writer.write_record(record);
+            written.expect("rows are as long as the columns, and memory takes all");
         }
         writer.into_inner().expect("memory takes all")
     }
@@ -235,37 +221,26 @@ impl Table {
     /// # Panics
     /// If there is no such column.
     pub fn column(&self, name: &str) -> usize {
-        let at = self.columns.iter().position(|column| column.name == name);
+        let is_name = |heading: &&str| {
+            let both = heading.strip_suffix(')').and_then(|h| h.rsplit_once(" ("));
+            both.map_or(*heading, |(name, _)| name) == name
+        };
+        let at = self.columns.iter().position(is_name);
         at.unwrap_or_else(|| panic!("table '{}' has no column '{name}'", self.name))
-    }
-}
-
-impl Column {
-    /// Name and unit.
-    pub fn heading(&self) -> String {
-        if self.unit.is_empty() {
-            self.name.to_owned()
-        } else {
-            format!("{} ({})", self.name, self.unit)
-        }
     }
 }
 
 impl fmt::Display for Table {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let widths: Vec<usize> = self
-            .columns
-            .iter()
-            .enumerate()
-            .map(|(at, column)| {
-                let cells = self.rows.iter().map(|row| row[at].to_string());
-                let widest = cells.map(|cell| cell.chars().count()).max();
-                widest.unwrap_or(0).max(column.heading().chars().count())
-            })
-            .collect();
+        let width = |(at, heading): (usize, &&str)| {
+            let cells = self.rows.iter().map(|row| row[at].to_string());
+            let widest = cells.map(|cell| cell.chars().count()).max();
+            widest.unwrap_or(0).max(heading.chars().count())
+        };
+        let widths: Vec<usize> = self.columns.iter().enumerate().map(width).collect();
         writeln!(f, "{}", self.title)?;
-        for (column, &width) in self.columns.iter().zip(&widths) {
-            write!(f, "  {:>width$}", column.heading())?;
+        for (heading, &width) in self.columns.iter().zip(&widths) {
+            write!(f, "  {heading:>width$}")?;
         }
         writeln!(f)?;
         for row in &self.rows {
@@ -284,7 +259,7 @@ pub struct Plot {
     /// Part of the file name.
     pub name: &'static str,
     /// Title.
-    pub title: String,
+    pub title: &'static str,
     /// Horizontal axis.
     pub x: Axis,
     /// Vertical axis.
@@ -294,33 +269,24 @@ pub struct Plot {
 }
 
 /// An axis.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Axis {
     /// What it shows, with its unit.
-    pub label: String,
-    /// How it is divided.
-    pub scale: Scale,
+    pub label: &'static str,
+    /// Whether it is divided by powers of ten, not evenly.
+    pub is_log: bool,
 }
 
 /// An axis that is divided by powers of ten.
-pub(crate) fn log(label: &str) -> Axis {
-    let (label, scale) = (label.to_owned(), Scale::Logarithmic);
-    Axis { label, scale }
+pub(crate) fn log(label: &'static str) -> Axis {
+    let is_log = true;
+    Axis { label, is_log }
 }
 
 /// An axis that is divided evenly.
-pub(crate) fn linear(label: &str) -> Axis {
-    let (label, scale) = (label.to_owned(), Scale::Linear);
-    Axis { label, scale }
-}
-
-/// How an axis is divided.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Scale {
-    /// Evenly.
-    Linear,
-    /// By powers of ten.
-    Logarithmic,
+pub(crate) fn linear(label: &'static str) -> Axis {
+    let is_log = false;
+    Axis { label, is_log }
 }
 
 /// A line of a plot.
@@ -335,18 +301,6 @@ pub struct Series {
 }
 
 impl Plot {
-    /// A plot of lines over a horizontal and a vertical axis.
-    pub fn new(name: &'static str, title: &str, x: Axis, y: Axis, series: Vec<Series>) -> Self {
-        let title = title.to_owned();
-        Self {
-            name,
-            title,
-            x,
-            y,
-            series,
-        }
-    }
-
     /// Writes it as `NAME.svg` into `folder`.
     ///
     /// # Errors
@@ -402,6 +356,7 @@ pub(crate) mod checks {
     pub(crate) fn numbers_keep_three_digits() {
         for (number, text) in [
             (0.0, "0"),
+            (f64::NAN, "NaN"),
             (1.234e-7, "1.23e-7"),
             (0.001_234, "0.00123"),
             (0.0123, "0.0123"),

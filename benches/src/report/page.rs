@@ -59,8 +59,8 @@ pub(crate) fn html(findings: &[Findings]) -> Result<String, StudyError> {
 
 fn rows(table: &Table) -> String {
     let mut text = format!("<table><caption>{}</caption>\n<tr>", escaped(&table.title));
-    for column in &table.columns {
-        text.push_str(&format!("<th>{}</th>", escaped(&column.heading())));
+    for heading in &table.columns {
+        text.push_str(&format!("<th>{}</th>", escaped(heading)));
     }
     text.push_str("</tr>\n");
     for row in &table.rows {

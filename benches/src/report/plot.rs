@@ -6,7 +6,7 @@ use plotters::coord::ranged1d::ValueFormatter;
 use plotters::coord::ranged1d::{AsRangedCoord, Ranged};
 use plotters::prelude::*;
 
-use super::{Plot, Scale};
+use super::{Axis, Plot};
 use crate::StudyError;
 
 const SIZE: (u32, u32) = (720, HEIGHT);
@@ -31,52 +31,49 @@ const COLORS: [RGBColor; 8] = [
 
 /// Draws a plot.
 pub(crate) fn draw(plot: &Plot) -> Result<String, StudyError> {
-    let (x, y) = (
-        range(plot, plot.x.scale, |p| p.0),
-        range(plot, plot.y.scale, |p| p.1),
-    );
-    let drawn = match (plot.x.scale, plot.y.scale) {
-        (Scale::Linear, Scale::Linear) => chart(plot, x, y),
-        (Scale::Linear, Scale::Logarithmic) => chart(plot, x, y.log_scale()),
-        (Scale::Logarithmic, Scale::Linear) => chart(plot, x.log_scale(), y),
-        (Scale::Logarithmic, Scale::Logarithmic) => chart(plot, x.log_scale(), y.log_scale()),
+    let (x, y) = (range(plot, plot.x, |p| p.0), range(plot, plot.y, |p| p.1));
+    let drawn = match (plot.x.is_log, plot.y.is_log) {
+        (false, false) => chart(plot, x, y),
+        (false, true) => chart(plot, x, y.log_scale()),
+        (true, false) => chart(plot, x.log_scale(), y),
+        (true, true) => chart(plot, x.log_scale(), y.log_scale()),
     };
     drawn.map_err(|error| format!("plot '{}': {error}", plot.title).into())
 }
 
+/// Whether a coordinate has a place on an axis.
+fn has_place(axis: Axis, value: f64) -> bool {
+    value.is_finite() && (!axis.is_log || value > 0.0)
+}
+
 /// What an axis must show, with a margin.
-fn range(plot: &Plot, scale: Scale, coordinate: impl Fn(&(f64, f64)) -> f64) -> Range<f64> {
+fn range(plot: &Plot, axis: Axis, coordinate: impl Fn(&(f64, f64)) -> f64) -> Range<f64> {
     let values = plot.series.iter().flat_map(|series| &series.points);
-    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-    for value in values.map(coordinate).filter(|value| value.is_finite()) {
-        if scale == Scale::Linear || value > 0.0 {
-            low = low.min(value);
-            high = high.max(value);
-        }
-    }
+    let values = values
+        .map(coordinate)
+        .filter(|&value| has_place(axis, value));
+    let (mut low, mut high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
+        (low.min(x), high.max(x))
+    });
     if low > high {
         (low, high) = (1.0, 10.0);
     }
-    match scale {
-        Scale::Linear => {
-            let margin = if high > low { 0.06 * (high - low) } else { 0.5 };
-            low - margin..high + margin
-        }
-        Scale::Logarithmic => {
-            let factor = (high / low).powf(0.06).max(1.2);
-            (low, high) = (low / factor, high * factor);
-            // Powers of ten carry the labels: two of them at least, the nearer ones first.
-            while high.log10().floor() - low.log10().ceil() < 1.0 {
-                let (below, above) = (low.log10(), high.log10());
-                if below - (below.ceil() - 1.0) < (above.floor() + 1.0) - above {
-                    low = 10_f64.powf(below.ceil() - 1.0) * (1.0 - EDGE);
-                } else {
-                    high = 10_f64.powf(above.floor() + 1.0) * (1.0 + EDGE);
-                }
-            }
-            low..high
+    if !axis.is_log {
+        let margin = if high > low { 0.06 * (high - low) } else { 0.5 };
+        return low - margin..high + margin;
+    }
+    let factor = (high / low).powf(0.06).max(1.2);
+    (low, high) = (low / factor, high * factor);
+    // Powers of ten carry the labels: two of them at least, the nearer ones first.
+    while high.log10().floor() - low.log10().ceil() < 1.0 {
+        let (below, above) = (low.log10(), high.log10());
+        if below - (below.ceil() - 1.0) < (above.floor() + 1.0) - above {
+            low = 10_f64.powf(below.ceil() - 1.0) * (1.0 - EDGE);
+        } else {
+            high = 10_f64.powf(above.floor() + 1.0) * (1.0 + EDGE);
         }
     }
+    low..high
 }
 
 fn chart<X, Y>(plot: &Plot, x: X, y: Y) -> Result<String, StudyError>
@@ -95,23 +92,25 @@ where
         for ((index, series), row) in plot.series.iter().enumerate().zip(0..) {
             let color = COLORS[index % COLORS.len()];
             let (x, y) = (84 + (row % 2) * 310, 6 + (row / 2) * LEGEND_LINE);
-            let line = PathElement::new([(x, y), (x + 22, y)], color.stroke_width(2));
-            let name = Text::new(series.name.as_str(), (x + 30, y - 6), ("sans-serif", 13));
-            legend.draw(&line)?;
-            legend.draw(&name)?;
+            let name = series.name.as_str();
+            legend.draw(&PathElement::new(
+                [(x, y), (x + 22, y)],
+                color.stroke_width(2),
+            ))?;
+            legend.draw(&Text::new(name, (x + 30, y - 6), ("sans-serif", 13)))?;
         }
         let mut chart = ChartBuilder::on(&area)
-            .caption(&plot.title, ("sans-serif", 18))
+            .caption(plot.title, ("sans-serif", 18))
             .margin(12)
             .x_label_area_size(44)
             .y_label_area_size(74)
             .build_cartesian_2d(x, y)?;
         chart
             .configure_mesh()
-            .x_desc(&plot.x.label)
-            .y_desc(&plot.y.label)
-            .x_label_formatter(&|value| tick(plot.x.scale, *value))
-            .y_label_formatter(&|value| tick(plot.y.scale, *value))
+            .x_desc(plot.x.label)
+            .y_desc(plot.y.label)
+            .x_label_formatter(&|value| tick(plot.x, *value))
+            .y_label_formatter(&|value| tick(plot.y, *value))
             .light_line_style(RGBColor(238, 238, 238))
             .bold_line_style(RGBColor(205, 205, 205))
             // Finer ones crowd where decades have no room for labels.
@@ -121,21 +120,17 @@ where
             .draw()?;
         for (index, series) in plot.series.iter().enumerate() {
             let color = COLORS[index % COLORS.len()];
-            let shown = |point: &&(f64, f64)| {
-                point.0.is_finite()
-                    && point.1.is_finite()
-                    && (plot.x.scale == Scale::Linear || point.0 > 0.0)
-                    && (plot.y.scale == Scale::Linear || point.1 > 0.0)
-            };
+            let shown =
+                |point: &&(f64, f64)| has_place(plot.x, point.0) && has_place(plot.y, point.1);
             let points: Vec<(f64, f64)> = series.points.iter().filter(shown).copied().collect();
+            let dots = points
+                .iter()
+                .map(|&point| Circle::new(point, 3, color.filled()));
+            let dots: Vec<_> = dots.collect();
             if !series.dots {
-                chart.draw_series(LineSeries::new(points.clone(), color.stroke_width(2)))?;
+                chart.draw_series(LineSeries::new(points, color.stroke_width(2)))?;
             }
-            chart.draw_series(
-                points
-                    .into_iter()
-                    .map(|point| Circle::new(point, 3, color.filled())),
-            )?;
+            chart.draw_series(dots)?;
         }
         root.present()?;
     }
@@ -143,18 +138,16 @@ where
 }
 
 /// Label of a tick; on a logarithmic axis 1, 2 and 5 of each decade have one, the rest no room.
-fn tick(scale: Scale, value: f64) -> String {
+fn tick(axis: Axis, value: f64) -> String {
     let size = value.abs();
-    if scale == Scale::Logarithmic {
+    if axis.is_log {
         let digit = (size / 10_f64.powf((size.log10() + 1e-9).floor())).round();
-        if ![1.0, 2.0, 5.0]
-            .iter()
-            .any(|kept| (digit - kept).abs() < 0.1)
-        {
+        let kept = [1.0, 2.0, 5.0];
+        if !kept.iter().any(|kept| (digit - kept).abs() < 0.1) {
             return String::new();
         }
     }
-    if scale == Scale::Linear && size < 1e-12 {
+    if !axis.is_log && size < 1e-12 {
         "0".to_owned()
     } else if size > 0.0 && !(0.01..1e4).contains(&size) {
         format!("{value:.0e}")

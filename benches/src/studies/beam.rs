@@ -119,39 +119,25 @@ fn measure(ratio: f64, reference: f64, nodes: (f64, Form)) -> Result<Measured, S
     let mut body = Body::new(&scene, &scene.bodies[0])?;
     let boundary = &body.stencils.boundary_vectors;
     // The fraction of the end face that each of its nodes stands for.
-    let shares: Vec<f64> = body
-        .rest
-        .iter()
-        .zip(boundary)
-        .map(|(x, b)| {
-            if x.x > 0.499_999 * LENGTH {
-                b.x.max(0.0)
-            } else {
-                0.0
-            }
-        })
-        .collect();
+    let at_end = |x: &DVec3| f64::from(u8::from(x.x > 0.499_999 * LENGTH));
+    let shares = body.rest.iter().zip(boundary);
+    let shares: Vec<f64> = shares.map(|(x, b)| at_end(x) * b.x.max(0.0)).collect();
     let area: f64 = shares.iter().sum();
-    let forces: Vec<DVec3> = shares
-        .iter()
-        .map(|share| DVec3::new(0.0, 0.0, -FORCE * share / area))
-        .collect();
+    let force = |share: &f64| DVec3::new(0.0, 0.0, -FORCE * share / area);
+    let forces: Vec<DVec3> = shares.iter().map(force).collect();
     let mut positions = body.rest.clone();
-    let load = StaticLoad {
-        forces: &forces,
-        ..StaticLoad::default()
-    };
+    let (law, supports) = (&mut Law(&mut body.elastic), body.motion.supports());
+    let settings = NewtonSettings::with_tolerance(TOLERANCE);
     solve_static(
-        &mut Law(&mut body.elastic),
+        law,
         &mut positions,
-        body.motion.supports(),
-        &load,
-        &NewtonSettings::with_tolerance(TOLERANCE),
+        supports,
+        &StaticLoad::of(&forces),
+        &settings,
     )?;
     let moved = positions.iter().zip(&body.rest).zip(&shares);
-    let deflection: f64 = moved
-        .map(|((x, rest), share)| (rest.z - x.z) * share / area)
-        .sum();
+    let deflection = moved.map(|((x, rest), share)| (rest.z - x.z) * share / area);
+    let deflection: f64 = deflection.sum();
     let mut world = World::new(scene)?;
     for _ in 0..STEPS {
         world.step()?;

@@ -45,6 +45,34 @@ struct Measured {
     unexplained: f64,
 }
 
+impl Measured {
+    /// Frames (1/s) of a step and a picture each.
+    fn frames(&self) -> f64 {
+        1.0 / (self.seconds + self.drawing)
+    }
+
+    /// What the table says of it, beside the sag's error (%) and the frames (1/s) of 2014.
+    fn cells(&self, error: Option<f64>, then: f64) -> Vec<Cell> {
+        row![
+            self.nodes,
+            self.neighbors,
+            self.severed,
+            error,
+            1e3 * self.drop,
+            1e3 * self.step,
+            1e3 * self.seconds,
+            1.0 / self.seconds,
+            self.step / self.seconds,
+            self.frames(),
+            then,
+            1e3 * self.released,
+            1e3 * self.added,
+            1e3 * self.unexplained,
+            Cell::Nothing
+        ]
+    }
+}
+
 pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
     let (sags, sag) = sag::measure(effort)?;
     let changes: &[&str] = effort.choose(
@@ -66,25 +94,9 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
                 let mut row = row![body, model, state];
                 match found {
                     Ok(found) => {
-                        let frames = 1.0 / (found.seconds + found.drawing);
-                        row.extend(row![
-                            found.nodes,
-                            found.neighbors,
-                            found.severed,
-                            error.filter(|_| state == "hanging"),
-                            1e3 * found.drop,
-                            1e3 * found.step,
-                            1e3 * found.seconds,
-                            1.0 / found.seconds,
-                            found.step / found.seconds,
-                            frames,
-                            then,
-                            1e3 * found.released,
-                            1e3 * found.added,
-                            1e3 * found.unexplained,
-                            Cell::Nothing
-                        ]);
-                        add_point(&mut lines, &format!("{body}, {model}"), (at, frames));
+                        row.extend(found.cells(error.filter(|_| state == "hanging"), then));
+                        let name = format!("{body}, {model}");
+                        add_point(&mut lines, &name, (at, found.frames()));
                     }
                     Err(error) => {
                         row.resize(17, Cell::Nothing);

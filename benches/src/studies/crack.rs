@@ -1,7 +1,7 @@
 //! What rules for weakening pairs do to the mechanics: stress intensity and mouth of an edge crack.
 
 use crate::problems::cracks::{Form, PLACES, Ratios, edge_crack};
-use crate::report::{Cell, Report, Series, Table, add_point, plots, row};
+use crate::report::{Cell, Plot, Report, Table, add_point, plots, row};
 use crate::{Effort, StudyError};
 
 /// Mean and standard deviation.
@@ -16,6 +16,25 @@ fn milliseconds(runs: &[Ratios], which: usize) -> f64 {
     1e3 * spread(runs, |run| run.seconds[which]).0
 }
 
+/// A row of the table: a form on a body of some cells, at all places.
+fn entries(form: Form, cells: u32, runs: &[Ratios]) -> Vec<Cell> {
+    let mut row = row![form.name(), 0.4 * f64::from(cells)];
+    let Some(first_run) = runs.first() else {
+        row.push(Cell::Word("refused".to_owned()));
+        row.resize(11, Cell::Nothing);
+        return row;
+    };
+    row.push(first_run.nodes.into());
+    let figures: [fn(&Ratios) -> f64; 2] = [|run| run.first, |run| run.second];
+    for of in figures {
+        let (mean, scatter) = spread(runs, of);
+        row.extend(row![100.0 * (mean - 1.0), 100.0 * scatter]);
+    }
+    row.push((100.0 * off(runs)).into());
+    row.extend([0, 1, 2].map(|which| Cell::Number(milliseconds(runs, which))));
+    row
+}
+
 pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
     // Cells over a width of 1: the crack is 0.4 of them long.
     let (sizes, places): (&[u32], &[[f64; 2]]) = effort.choose(
@@ -23,47 +42,15 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
         (&[10, 16], &[PLACES[1], PLACES[6]]),
     );
     let mut rows = Vec::new();
-    let mut by_place = Vec::new();
-    for form in Form::ALL {
-        let name = form.name().to_owned();
-        for &cells in sizes {
-            let runs = places
-                .iter()
-                .map(|&place| edge_crack(cells, 0.0, place, form))
-                .collect::<Result<Vec<_>, _>>()?;
-            let runs: Vec<Ratios> = runs.into_iter().flatten().collect();
-            let length = 0.4 * f64::from(cells);
-            let Some(first_run) = runs.first() else {
-                let mut row = row![name.clone(), length];
-                row.push(Cell::Word("refused".to_owned()));
-                row.resize(11, Cell::Nothing);
-                rows.push(row);
-                continue;
-            };
-            let (first, first_spread) = spread(&runs, |run| run.first);
-            let (second, second_spread) = spread(&runs, |run| run.second);
-            rows.push(row![
-                name.clone(),
-                length,
-                first_run.nodes,
-                100.0 * (first - 1.0),
-                100.0 * first_spread,
-                100.0 * (second - 1.0),
-                100.0 * second_spread,
-                100.0 * off(&runs),
-                milliseconds(&runs, 0),
-                milliseconds(&runs, 1),
-                milliseconds(&runs, 2)
-            ]);
-            // The product over pieces is three times the reference and would flatten the others.
-            if cells == 20 && form != Form::Pieces {
-                let places = places.iter().zip(&runs).filter(|(place, _)| place[1] < 0.3);
-                by_place.push(Series::line(
-                    name.clone(),
-                    places.map(|(place, run)| (place[0], run.first)).collect(),
-                ));
-            }
+    for (form, &cells) in Form::ALL
+        .into_iter()
+        .flat_map(|form| sizes.iter().map(move |cells| (form, cells)))
+    {
+        let mut runs = Vec::new();
+        for &place in places {
+            runs.extend(edge_crack(cells, 0.0, place, form)?);
         }
+        rows.push(entries(form, cells, &runs));
     }
     let table = Table::new(
         "edge",
@@ -72,6 +59,22 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
          mouth scatter (%); both, RMS (%); set-up (ms); factors (ms); rows (ms)",
         rows,
     );
+    let plots = plots(&table);
+    let words = format!(
+        "A strip of width 1 and height 3 in plane strain (E 1 kPa, nu 0.3) with a crack of 0.4 \
+         from its edge, pulled with 1 Pa; references by Tada, Paris and Irwin (about 0.5 %). \
+         Means, scatter and root mean squares are over {} places of the crack relative to the \
+         nodes. K_I by an interaction integral over six spacings.",
+        places.len(),
+    );
+    Ok(Report::new(&[&words, OF_TIMES], vec![table], plots))
+}
+
+const OF_TIMES: &str = "Times: set-up once per body, then factors and rows of the whole cut. The one-sided grid is refused \
+     where its weights differ between the two directions of a pair.";
+
+/// Errors of the table's forms over length and time.
+fn plots(table: &Table) -> Vec<Plot> {
     let lines = |point: fn(&[f64]) -> (f64, f64)| {
         let mut lines = Vec::new();
         for row in &table.rows {
@@ -83,7 +86,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
         lines
     };
     // Of a mean and its scatter the root mean square is the hypotenuse.
-    let mut plots = plots![
+    plots![
         "intensity" "Edge crack: error of the stress intensity",
             log "length of the crack (spacings)",
             log "RMS error of K_I (%)" => lines(|row| (row[0], row[2].hypot(row[3])));
@@ -93,28 +96,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
         "time" "Edge crack: error against the time of the cut",
             log "factors and rows of the whole cut (ms)",
             log "RMS error of K_I and mouth (%)" => lines(|row| (row[8] + row[9], row[6]));
-    ];
-    if effort == Effort::Full {
-        plots.extend(plots![
-            "place" "Edge crack of 8 spacings by the tip's place between nodes (without product over pieces)",
-                linear "place of the tip (spacings)", linear "K_I over its reference (1)" => by_place;
-        ]);
-    }
-    Ok(Report::new(
-        &[
-            &format!(
-                "A strip of width 1 and height 3 in plane strain (E 1 kPa, nu 0.3) with a crack of 0.4 \
-                 from its edge, pulled with 1 Pa; references by Tada, Paris and Irwin (about 0.5 %). \
-                 Means, scatter and root mean squares are over {} places of the crack relative to the \
-                 nodes. K_I by an interaction integral over six spacings.",
-                places.len(),
-            ),
-            "Times: set-up once per body, then factors and rows of the whole cut. The one-sided grid \
-             is refused where its weights differ between the two directions of a pair.",
-        ],
-        vec![table],
-        plots,
-    ))
+    ]
 }
 
 /// Root of the mean square error of a ratio.

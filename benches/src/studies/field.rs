@@ -4,108 +4,50 @@ use glam::DVec3;
 use phyxel_splat::{Splats, Tissue, TissueSettings};
 
 use super::hertz::TOLERANCE;
-use crate::problems::elements::Order;
-use crate::problems::indentation::{
-    Press, SMALL, SOFT, SPHERES, cube_lattice, cube_sampled, graded_lattice, on_top,
-};
+use crate::problems::indentation::{Press, SMALL, SPHERES, cube_lattice, cube_sampled, on_top};
 use crate::problems::model::ElasticBody;
 use crate::problems::reference::Reference;
 use crate::report::{Report, Series, Table, plots, row};
 use crate::{Effort, StudyError};
 
-/// Method and nodes of a row.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Method {
-    /// The default with its hourglass stabilization at a value.
-    Even(f64),
-    Sampled(f64),
-    Graded,
-    Dissertation,
-    Linear,
-}
-
 /// The default's hourglass stabilization, and stronger ones.
 const CONTROLS: [f64; 3] = [0.1, 0.2, 0.3];
 
-impl Method {
-    fn all(effort: Effort) -> Vec<Self> {
-        let default = [Self::Even(CONTROLS[0]), Self::Sampled(CONTROLS[0])];
-        let mut all = default.to_vec();
-        if effort == Effort::Full {
-            all.push(Self::Graded);
-            all.extend(CONTROLS[1..].iter().map(|&control| Self::Even(control)));
-            all.extend(CONTROLS[1..].iter().map(|&control| Self::Sampled(control)));
-            all.extend([Self::Dissertation, Self::Linear]);
-        }
-        all
-    }
-
-    fn name(self) -> String {
-        match self {
-            Self::Even(control) => format!("even nodes, control {control}"),
-            Self::Sampled(control) => format!("as scenes sample, control {control}"),
-            Self::Graded => "graded nodes, control 0.1".to_owned(),
-            Self::Dissertation => "dissertation, even nodes".to_owned(),
-            Self::Linear => "trilinear elements, even".to_owned(),
-        }
-    }
-
-    /// Presses the sphere into a cube of about `cells` along each side.
-    fn pressed(self, cells: u32, reference: &Reference) -> Result<Found, StudyError> {
-        let (radius, depth) = SPHERES[1];
-        let (radius, depth) = (radius / SMALL, depth * SMALL);
-        let even = 2.0 / f64::from(cells);
-        if self == Self::Linear {
-            let mut press = Press::of_elements(cells, Order::Linear)?;
-            let force = press.press(radius, depth, TOLERANCE)?.force;
-            return Ok(Found {
-                nodes: press.rest.len(),
-                force,
-                as_nodes: reference.norm(&press.rest, &press.positions),
-                as_read: None,
-                skins: None,
-            });
-        }
-        let count = (cells as usize + 1).pow(3);
-        let (nodes, tetrahedra) = match self {
-            Self::Sampled(_) => cube_sampled(count)?,
-            Self::Graded => graded_lattice([cells; 3]),
-            _ => cube_lattice(cells),
-        };
-        let (body, spacing) = match self {
-            Self::Dissertation => (ElasticBody::dissertation(&nodes, &tetrahedra, SOFT)?, even),
-            Self::Graded => {
-                let body = ElasticBody::new(&nodes, &tetrahedra, SOFT, CONTROLS[0])?;
-                (body, 0.45 * even)
-            }
-            Self::Even(control) | Self::Sampled(control) => {
-                let body = ElasticBody::new(&nodes, &tetrahedra, SOFT, control)?;
-                (body, even)
-            }
-            Self::Linear => unreachable!("elements are pressed above"),
-        };
-        let mut press = Press::cube(body, spacing)?;
-        let force = press.press(radius, depth, TOLERANCE)?.force;
-        let (values, read) = (&press.positions, press.smoothed());
-        Ok(Found {
-            nodes: press.rest.len(),
-            force,
-            as_nodes: reference.norm(&press.rest, values),
-            as_read: Some(reference.norm(&press.rest, &read)),
-            skins: Some(skins(&press.body, [values, &read], reference)?),
-        })
-    }
-}
-
+/// Norms of the displacements' error.
 struct Found {
     nodes: usize,
     /// Force (N) at the small strain.
     force: f64,
     as_nodes: f64,
-    /// Elements have displacements at their nodes.
-    as_read: Option<f64>,
+    as_read: f64,
     /// Of points of the top that are carried by the one and by the other.
-    skins: Option<[f64; 2]>,
+    skins: [f64; 2],
+}
+
+/// Presses the sphere into a cube of about `cells` along each side, even or as scenes `sample` it, with hourglass
+/// stabilization `control`.
+fn pressed(
+    sample: bool,
+    control: f64,
+    cells: u32,
+    reference: &Reference,
+) -> Result<Found, StudyError> {
+    let nodes = if sample {
+        cube_sampled((cells as usize + 1).pow(3))?
+    } else {
+        cube_lattice(cells)
+    };
+    let mut press = Press::on_nodes(nodes, control, 2.0 / f64::from(cells))?;
+    let (radius, depth) = SPHERES[1];
+    let found = press.press(radius / SMALL, depth * SMALL, TOLERANCE)?;
+    let (values, read) = (&press.positions, press.smoothed());
+    Ok(Found {
+        nodes: press.rest.len(),
+        force: found.force,
+        as_nodes: reference.norm(&press.rest, values),
+        as_read: reference.norm(&press.rest, &read),
+        skins: skins(&press.body, [values, &read], reference)?,
+    })
 }
 
 /// Norms of the error of points of the top, a surfel a triangle, that nodes' positions and gradients carry as they
@@ -118,10 +60,8 @@ fn skins(
     let corners = body.faces(on_top).into_iter();
     let corners = corners.map(|triangle| triangle.map(|node| body.rest[node as usize]));
     let corners: Vec<[DVec3; 3]> = corners.collect();
-    let middles: Vec<DVec3> = corners
-        .iter()
-        .map(|[a, b, c]| (*a + *b + *c) / 3.0)
-        .collect();
+    let middles = corners.iter().map(|[a, b, c]| (*a + *b + *c) / 3.0);
+    let middles: Vec<DVec3> = middles.collect();
     let area = |[a, b, c]: &[DVec3; 3]| 0.5 * (*b - *a).cross(*c - *a).length();
     let areas: Vec<f64> = corners.iter().map(area).collect();
     let normals = vec![DVec3::Z; middles.len()];
@@ -142,33 +82,28 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
     let (radius, depth) = SPHERES[1];
     let known = reference.press(radius, depth)?.force;
     let (mut rows, mut curves) = (Vec::new(), Vec::new());
-    for method in Method::all(effort) {
-        let name = method.name();
+    let controls = &CONTROLS[..effort.choose(3, 1)];
+    for (control, sample) in controls.iter().flat_map(|&c| [(c, false), (c, true)]) {
+        let kind = ["even nodes", "as scenes sample"][usize::from(sample)];
+        let name = format!("{kind}, control {control}");
         let (mut by_nodes, mut by_reading) = (Vec::new(), Vec::new());
         for &cells in sizes {
-            // Coarser elements show the order; what is drawn to the sphere is finer there.
-            if cells > 17 && matches!(method, Method::Linear | Method::Graded) {
-                continue;
-            }
-            let found = method.pressed(cells, &reference)?;
-            let skin = |at: usize| found.skins.map(|skins| 100.0 * skins[at]);
+            let found = pressed(sample, control, cells, &reference)?;
             rows.push(row![
                 name.clone(),
                 found.nodes,
                 100.0 * (found.force / (known * SMALL) - 1.0),
                 100.0 * found.as_nodes,
-                found.as_read.map(|read| 100.0 * read),
-                skin(0),
-                skin(1)
+                100.0 * found.as_read,
+                100.0 * found.skins[0],
+                100.0 * found.skins[1]
             ]);
             let nodes = found.nodes as f64;
             by_nodes.push((nodes, 100.0 * found.as_nodes));
-            by_reading.extend(found.as_read.map(|read| (nodes, 100.0 * read)));
+            by_reading.push((nodes, 100.0 * found.as_read));
         }
         curves.push(Series::line(format!("{name}, nodal values"), by_nodes));
-        if !by_reading.is_empty() {
-            curves.push(Series::line(format!("{name}, as read"), by_reading));
-        }
+        curves.push(Series::line(format!("{name}, as read"), by_reading));
     }
     let table = Table::new(
         "field",
@@ -186,7 +121,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
             "The cube and the sphere of the study hertz, pressed 0.1 m deep; the norm is that of the displacements' \
              error over all nodes, over the norm of the reference's there. A nodal value is a coefficient of a \
              linear fit; as read is the field whose gradient the stencils have (phyxel-elastic, \
-             smoothed_positions), which pictures, states and the live page show. Contact and forces use nodal values. The skin are points of the top that nodes carry as in pictures.",
+             smoothed_positions), which pictures, states and the live page show. Nodal values of other methods: the table convergence of hertz. Contact and forces use nodal values. The skin are points of the top that nodes carry as in pictures.",
         ],
         vec![table],
         plots,

@@ -4,7 +4,7 @@ use glam::DVec3;
 use phyxel_mls::{Approximation, Basis, Dimension, Order, ShapeScratch, kernel};
 use testkit::cloud::Random;
 
-use crate::report::{Plot, Report, Series, Table, plots, row};
+use crate::report::{Cell, Plot, Report, Series, Table, plots, row};
 use crate::{Effort, StudyError};
 
 /// Nodes on a line with the length each stands for.
@@ -110,56 +110,21 @@ fn dots(nodes: &Nodes, data: &[f64]) -> Series {
 /// Label of axes along the nodes.
 const ALONG: &str = "x (node distances)";
 
+/// Deviations from the data's function: figure, curve, how much.
+#[derive(Default)]
+struct Rows(Vec<Vec<Cell>>);
+
+impl Rows {
+    fn add(&mut self, figure: &str, curve: &str, deviation: f64) {
+        self.0.push(row![figure, curve, deviation]);
+    }
+}
+
 pub(crate) fn run(_: Effort) -> Result<Report, StudyError> {
-    let even = nodes(0.0);
-    let ones = vec![1.0; even.at.len()];
-    let mut rows = Vec::new();
-    let mut row = |figure: &str, what: &str, error: f64| {
-        rows.push(row![figure, what, error]);
-    };
-
-    let mut constant = vec![dots(&even, &ones)];
-    for radius in [1.5, 2.5, 5.0] {
-        let curve = sph(&even, radius, &ones);
-        let name = format!("SPH, radius {radius}");
-        row("5", &name, deviation(&curve, |_| 1.0));
-        constant.push(Series::line(name, curve));
-    }
-    let curve = mls(&even, 2.5, Order::Linear, &ones)?;
-    row("5", "MLS, radius 2.5", deviation(&curve, |_| 1.0));
-    constant.push(Series::line("MLS, linear", curve));
-
-    let mut moved = Vec::new();
-    for jitter in [0.0, 0.2, 0.45] {
-        let uneven = nodes(jitter);
-        let curve = sph(&uneven, 1.8, &ones);
-        // Inside, away from the ends, where even nodes are nearly right.
-        let inside = curve.iter().filter(|p| p.0 > 3.0 && p.0 < 17.0);
-        let inside: Vec<_> = inside.copied().collect();
-        let name = format!("SPH, nodes moved by {jitter}");
-        row("6", &name, deviation(&inside, |_| 1.0));
-        let exact = mls(&uneven, 2.5, Order::Linear, &ones)?;
-        let same = format!("MLS, nodes moved by {jitter}");
-        row("6", &same, deviation(&exact, |_| 1.0));
-        moved.push(Series::line(name, curve));
-    }
-
-    let squares: Vec<f64> = even.at.iter().map(|x| x.x * x.x).collect();
-    let mut parabolas = vec![dots(&even, &squares)];
-    for (order, name) in ORDERS {
-        let curve = mls(&even, 5.0, order, &squares)?;
-        row(
-            "7",
-            &format!("MLS, {name} basis"),
-            deviation(&curve, |x| x * x),
-        );
-        parabolas.push(Series::line(format!("{name} basis"), curve));
-    }
-    // Curves that are 3 apart at 400 look like one.
-    for line in &mut parabolas {
-        line.points.retain(|point| point.0 <= 4.0);
-    }
-
+    let (even, mut rows) = (nodes(0.0), Rows::default());
+    let constant = constant_data(&even, &mut rows)?;
+    let moved = uneven_nodes(&mut rows)?;
+    let parabolas = parabolas(&even, &mut rows)?;
     let distances = (-60..=60).map(|k| f64::from(k) / 50.0);
     let weights = distances.map(|r| (r, kernel(r.abs()))).collect();
     let mut plots = plots![
@@ -175,9 +140,59 @@ pub(crate) fn run(_: Effort) -> Result<Report, StudyError> {
         "approximation",
         "Largest deviation from the data's function (figures 5 to 7)",
         "figure; curve; deviation (1)",
-        rows,
+        rows.0,
     );
     Ok(Report::new(&[WORDS], vec![errors, table_1(&even)], plots))
+}
+
+fn constant_data(even: &Nodes, rows: &mut Rows) -> Result<Vec<Series>, StudyError> {
+    let ones = vec![1.0; even.at.len()];
+    let mut lines = vec![dots(even, &ones)];
+    for radius in [1.5, 2.5, 5.0] {
+        let curve = sph(even, radius, &ones);
+        let name = format!("SPH, radius {radius}");
+        rows.add("5", &name, deviation(&curve, |_| 1.0));
+        lines.push(Series::line(name, curve));
+    }
+    let curve = mls(even, 2.5, Order::Linear, &ones)?;
+    rows.add("5", "MLS, radius 2.5", deviation(&curve, |_| 1.0));
+    lines.push(Series::line("MLS, linear", curve));
+    Ok(lines)
+}
+
+fn uneven_nodes(rows: &mut Rows) -> Result<Vec<Series>, StudyError> {
+    let mut lines = Vec::new();
+    for jitter in [0.0, 0.2, 0.45] {
+        let uneven = nodes(jitter);
+        let ones = vec![1.0; uneven.at.len()];
+        let curve = sph(&uneven, 1.8, &ones);
+        // Inside, away from the ends, where even nodes are nearly right.
+        let inside = curve.iter().filter(|p| p.0 > 3.0 && p.0 < 17.0);
+        let inside: Vec<_> = inside.copied().collect();
+        let name = format!("SPH, nodes moved by {jitter}");
+        rows.add("6", &name, deviation(&inside, |_| 1.0));
+        let exact = mls(&uneven, 2.5, Order::Linear, &ones)?;
+        let same = format!("MLS, nodes moved by {jitter}");
+        rows.add("6", &same, deviation(&exact, |_| 1.0));
+        lines.push(Series::line(name, curve));
+    }
+    Ok(lines)
+}
+
+fn parabolas(even: &Nodes, rows: &mut Rows) -> Result<Vec<Series>, StudyError> {
+    let squares: Vec<f64> = even.at.iter().map(|x| x.x * x.x).collect();
+    let mut lines = vec![dots(even, &squares)];
+    for (order, name) in ORDERS {
+        let (curve, name) = (mls(even, 5.0, order, &squares)?, format!("{name} basis"));
+        let off = deviation(&curve, |x| x * x);
+        rows.add("7", &format!("MLS, {name}"), off);
+        lines.push(Series::line(name, curve));
+    }
+    // Curves that are 3 apart at 400 look like one.
+    for line in &mut lines {
+        line.points.retain(|point| point.0 <= 4.0);
+    }
+    Ok(lines)
 }
 
 const WORDS: &str = "Figures of Aras 2014 that show data and that no other study has. Errors of splats and their radii (its \

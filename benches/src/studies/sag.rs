@@ -49,18 +49,7 @@ fn sag(
     held: &[bool],
 ) -> Result<f64, StudyError> {
     let forces: Vec<DVec3> = masses.iter().map(|m| GRAVITY * *m).collect();
-    // Two nodes never lie at one position.
-    let held: std::collections::HashSet<[u64; 3]> = (rest.iter().zip(held))
-        .filter(|(_, held)| **held)
-        .map(|(x, _)| x.to_array().map(f64::to_bits))
-        .collect();
-    let free = |x: DVec3| {
-        if held.contains(&x.to_array().map(f64::to_bits)) {
-            DVec3::ZERO
-        } else {
-            DVec3::ONE
-        }
-    };
+    let free = |node: usize| [DVec3::ONE, DVec3::ZERO][usize::from(held[node])];
     let moved = small_displacements(law, rest, &forces, free)?;
     Ok(mean(&moved, masses))
 }

@@ -8,7 +8,7 @@ use phyxel_enrich::{
     Cuts, EnrichmentGrid, FactorSettings, GridForm, GridSettings, PairFactors, Rule,
     grid_pair_factors, triangle_enrichment,
 };
-use phyxel_mls::GradientStencils;
+use phyxel_mls::{GradientStencils, Neighborhoods};
 
 use super::intrinsic::{Mechanics, Rows};
 use super::plate::Plate;
@@ -77,9 +77,6 @@ pub struct CutBody<'a> {
 impl<'a> CutBody<'a> {
     /// Cuts a box. `blades` are the captures of the same cut for the grid. `None` if the form
     /// refuses the cut, or the elastic model the form, as its weights must be the same both ways.
-    ///
-    /// # Errors
-    /// [`StudyError`] if rows cannot be rebuilt.
     pub fn new(
         body: &'a Plate,
         cuts: &Cuts,
@@ -87,84 +84,34 @@ impl<'a> CutBody<'a> {
         form: Form,
     ) -> Result<Option<Self>, StudyError> {
         let (x, graph) = (&body.block.rest, &body.block.graph);
-        let coupled = body.coupled();
-        let rule = match form {
-            Form::Rule(rule) => rule,
-            Form::Intrinsic => Rule::Visibility,
-            _ => Rule::Diffraction,
+        let Some((factors, [set_up, weighed])) = factors(body, cuts, blades, form) else {
+            return Ok(None);
         };
-        let settings = FactorSettings {
-            rule,
-            ..FactorSettings::default()
-        };
-        let begin = Instant::now();
-        let mut pairs = PairFactors::new(&coupled, &settings);
-        let reach: Vec<f64> = match form {
-            Form::Rule(_) | Form::Intrinsic => Vec::new(),
-            _ => (0..x.len())
-                .map(|node| settings.influence_radius.of(&coupled, node))
-                .collect(),
-        };
+        if !are_mutual(graph, &factors) {
+            return Ok(None);
+        }
+        let weakened = |node: &u32| graph.pairs(*node as usize).any(|pair| factors[pair] < 1.0);
+        let touched: Vec<u32> = (0_u32..).take(x.len()).filter(weakened).collect();
+        let mut stencils = body.block.stencils.clone();
         let start = Instant::now();
-        let factors = match form {
-            Form::Rule(_) | Form::Intrinsic => {
-                pairs.update(&coupled, cuts, 0..cuts.triangle_count(), &|p| {
-                    body.inside(p)
-                });
-                pairs.to_vec()
-            }
-            Form::Grid(grid_form) => {
-                let settings = GridSettings::for_spacing(body.spacing);
-                let Ok(grid) = EnrichmentGrid::from_blades(blades, &settings) else {
-                    return Ok(None);
-                };
-                grid_pair_factors(&[grid], &coupled, &reach, grid_form)
-            }
-            Form::Pieces => piece_products(body, cuts, &reach),
-        };
-        let middle = Instant::now();
-        let mut touched = Vec::new();
-        for (i, node) in (0..x.len()).zip(0_u32..) {
-            for (pair, &j) in graph.pairs(i).zip(graph.row(i)) {
-                let row = graph.row(j as usize);
-                let place = row.partition_point(|&other| other < node);
-                let back = graph.pairs(j as usize).start + place;
-                if factors[pair].to_bits() != factors[back].to_bits() {
-                    return Ok(None);
-                }
-            }
-            if graph.pairs(i).any(|pair| factors[pair] < 1.0) {
-                touched.push(node);
+        stencils.update_rows(x, graph, |pair| factors[pair], &touched)?;
+        let mut rows = None;
+        if form == Form::Intrinsic {
+            rows = Rows::new(body, cuts, blades, &stencils);
+            if rows.is_none() {
+                return Ok(None);
             }
         }
-        let mut stencils = body.block.stencils.clone();
-        let rows = Instant::now();
-        stencils.update_rows(x, graph, |pair| factors[pair], &touched)?;
-        let intrinsic = match form {
-            Form::Intrinsic => match Rows::new(body, cuts, blades, &stencils) {
-                None => return Ok(None),
-                found => found,
-            },
-            _ => None,
-        };
         Ok(Some(Self {
             body,
             stencils,
             factors,
-            // Of the set-up, the forms other than rules use the influence radii only.
-            seconds: [
-                (start - begin).as_secs_f64(),
-                (middle - start).as_secs_f64(),
-                rows.elapsed().as_secs_f64(),
-            ],
-            rows: intrinsic,
+            seconds: [set_up, weighed, start.elapsed().as_secs_f64()],
+            rows,
         }))
     }
 
     /// The elastic model of the cut body.
-    ///
-    /// # Errors
-    /// [`StudyError`] if the model does not take the rows.
     pub fn elastic(&self) -> Result<Elastic, StudyError> {
         let material = Material::neo_hookean(YOUNG, POISSON);
         self.body
@@ -172,15 +119,8 @@ impl<'a> CutBody<'a> {
             .elastic(&self.stencils, material, &Settings::default())
     }
 
-    /// Displacements (m) under nodal forces (N), see [`small_displacements`].
-    ///
-    /// # Errors
-    /// [`StudyError`] if they are not found.
-    pub fn solve(
-        &self,
-        forces: &[DVec3],
-        mask: impl Fn(DVec3) -> DVec3,
-    ) -> Result<Vec<DVec3>, StudyError> {
+    /// Displacements (m) under nodal forces (N) along the axes that `free` has, see [`small_displacements`].
+    pub fn solve(&self, forces: &[DVec3], free: DVec3) -> Result<Vec<DVec3>, StudyError> {
         let rest = &self.body.block.rest;
         match &self.rows {
             Some(rows) => {
@@ -189,9 +129,9 @@ impl<'a> CutBody<'a> {
                     stencils: &self.stencils,
                     rows,
                 };
-                small_displacements(&mut law, rest, forces, mask)
+                small_displacements(&mut law, rest, forces, |_| free)
             }
-            None => small_displacements(&mut Law(&mut self.elastic()?), rest, forces, mask),
+            None => small_displacements(&mut Law(&mut self.elastic()?), rest, forces, |_| free),
         }
     }
 
@@ -228,6 +168,62 @@ impl<'a> CutBody<'a> {
         let field = (&self.body.block.rest[..], u, gradients);
         opening(field, self.body.spacing, crosses, at, normal)
     }
+}
+
+/// Factors of all pairs, and the times (s) of the set-up and of them. `None` if the form refuses the cut.
+fn factors(
+    body: &Plate,
+    cuts: &Cuts,
+    blades: &[[DVec3; 2]],
+    form: Form,
+) -> Option<(Vec<f64>, [f64; 2])> {
+    let coupled = body.coupled();
+    let rule = match form {
+        Form::Rule(rule) => rule,
+        Form::Intrinsic => Rule::Visibility,
+        _ => Rule::Diffraction,
+    };
+    let settings = FactorSettings {
+        rule,
+        ..FactorSettings::default()
+    };
+    let begin = Instant::now();
+    let mut pairs = PairFactors::new(&coupled, &settings);
+    // Of the set-up, the forms other than rules use the influence radii only.
+    let reach: Vec<f64> = match form {
+        Form::Rule(_) | Form::Intrinsic => Vec::new(),
+        _ => (0..body.block.rest.len())
+            .map(|node| settings.influence_radius.of(&coupled, node))
+            .collect(),
+    };
+    let start = Instant::now();
+    let factors = match form {
+        Form::Rule(_) | Form::Intrinsic => {
+            let inside = |p| body.inside(p);
+            pairs.update(&coupled, cuts, 0..cuts.triangle_count(), &inside);
+            pairs.to_vec()
+        }
+        Form::Grid(grid_form) => {
+            let settings = GridSettings::for_spacing(body.spacing);
+            let grid = EnrichmentGrid::from_blades(blades, &settings).ok()?;
+            grid_pair_factors(&[grid], &coupled, &reach, grid_form)
+        }
+        Form::Pieces => piece_products(body, cuts, &reach),
+    };
+    let seconds = [start - begin, start.elapsed()].map(|time| time.as_secs_f64());
+    Some((factors, seconds))
+}
+
+/// Whether pairs have the same factors both ways.
+fn are_mutual(graph: &Neighborhoods, factors: &[f64]) -> bool {
+    let back = |node: u32, j: usize| {
+        graph.pairs(j).start + graph.row(j).partition_point(|&other| other < node)
+    };
+    let nodes = graph.offsets().len() - 1;
+    (0_u32..).take(nodes).all(|node| {
+        let mut row = graph.pairs(node as usize).zip(graph.row(node as usize));
+        row.all(|(pair, &j)| factors[pair].to_bits() == factors[back(node, j as usize)].to_bits())
+    })
 }
 
 /// Product over the strip's pieces, each with its own frame, within the influence radius.

@@ -88,14 +88,9 @@ impl Rows {
                     };
                     let mut phi = vec![0.0; seen.len()];
                     let mut slopes = vec![DVec3::ZERO; seen.len()];
-                    let fit = approximation.shape_functions_into(
-                        x,
-                        &seen,
-                        &mut scratch,
-                        &mut phi,
-                        &mut slopes,
-                    );
-                    fit.ok()?;
+                    approximation
+                        .shape_functions_into(x, &seen, &mut scratch, &mut phi, &mut slopes)
+                        .ok()?;
                     rows.indices.extend(seen);
                     rows.gradients.extend(slopes.into_iter().map(flat));
                 }

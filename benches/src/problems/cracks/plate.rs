@@ -24,9 +24,6 @@ impl Plate {
     /// `cells` cells from `low` to `high` (m); nodes moved by up to `jitter` of a cell, those on the
     /// sides not at all, those on top and bottom within them, the same in both layers of a slab of
     /// one cell.
-    ///
-    /// # Errors
-    /// [`StudyError`] if there are no stencils on these nodes.
     pub fn new(cells: [u32; 3], low: DVec3, high: DVec3, jitter: f64) -> Result<Self, StudyError> {
         let size = (high - low) / DVec3::from_array(cells.map(f64::from));
         let (mut nodes, tetrahedra) = lattice(cells, |s| low + (high - low) * s);
@@ -61,11 +58,8 @@ impl Plate {
 
     /// Its nodes and pairs, as factors read them.
     pub(super) fn coupled(&self) -> Graph<'_> {
-        Graph::new_unchecked(
-            &self.block.rest,
-            self.block.graph.offsets(),
-            self.block.graph.indices(),
-        )
+        let (rest, graph) = (&self.block.rest, &self.block.graph);
+        Graph::new_unchecked(rest, graph.offsets(), graph.indices())
     }
 
     /// No cut yet, for cuts of this box.

@@ -37,9 +37,6 @@ fn slab(cells: [u32; 2], low: [f64; 2], high: [f64; 2], jitter: f64) -> Result<P
 }
 
 /// An upright cut along a line of the plane, in pieces of about a spacing, and its captures.
-///
-/// # Errors
-/// [`StudyError`] if the line is no cut.
 pub fn upright(
     body: &Plate,
     from: DVec3,
@@ -60,9 +57,6 @@ pub fn upright(
 }
 
 /// Adds a stroke, blade by blade.
-///
-/// # Errors
-/// [`StudyError`] if it is no cut.
 pub fn add_stroke<B: AsRef<[DVec3]>>(cuts: &mut Cuts, blades: &[B]) -> Result<(), StudyError> {
     let stroke = cuts.start(blades[0].as_ref())?;
     for blade in &blades[1..] {
@@ -74,9 +68,6 @@ pub fn add_stroke<B: AsRef<[DVec3]>>(cuts: &mut Cuts, blades: &[B]) -> Result<()
 /// Edge crack in a strip under tension, W 1, H 3 (Tada, Paris, Irwin: F and V of a single edge notch):
 /// `K_I` and mouth opening. `shift` moves the tip and the cut's line by fractions of a spacing. `None` if
 /// the form refuses.
-///
-/// # Errors
-/// [`StudyError`] if the displacements are not found.
 pub fn edge_crack(
     cells: u32,
     jitter: f64,
@@ -91,7 +82,7 @@ pub fn edge_crack(
     let Some(cut) = CutBody::new(&body, &cuts, &blades, form)? else {
         return Ok(None);
     };
-    let u = cut.solve(&body.tension(DVec3::Y), |_| IN_PLANE)?;
+    let u = cut.solve(&body.tension(DVec3::Y), IN_PLANE)?;
     let gradients = cut.gradients(&u);
     let k = stress_intensities(&cut, &gradients, tip, DVec3::X, 6.0_f64.min(0.3 / dx) * dx);
     let at = DVec3::new(0.0, y, 0.5 * dx);

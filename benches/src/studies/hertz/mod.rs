@@ -12,10 +12,7 @@ use glam::DVec3;
 use phyxel_integrate::ForceLaw;
 
 use crate::problems::elements::Order;
-use crate::problems::indentation::{
-    Press, SMALL, SOFT, SPHERES, cube, cube_lattice, graded, hertz_force,
-};
-use crate::problems::model::ElasticBody;
+use crate::problems::indentation::{Press, SMALL, SOFT, SPHERES, cube, graded, hertz_force};
 use crate::problems::reference::Reference;
 use crate::report::{Cell, Plot, Report, Series, Table, median_time, plots, row};
 use crate::{Effort, StudyError};
@@ -58,13 +55,30 @@ impl Model {
     fn press(self, cells: u32) -> Result<Press, StudyError> {
         match self {
             Self::Graded => graded([cells; 3]),
-            Self::Dissertation => {
-                let (nodes, tetrahedra) = cube_lattice(cells);
-                let body = ElasticBody::dissertation(&nodes, &tetrahedra, SOFT)?;
-                Press::cube(body, self.spacing(cells))
-            }
+            Self::Dissertation => Press::by_dissertation(cells),
             _ => cube(cells),
         }
+    }
+
+    /// Cells along a side for so many that are asked, if it takes so many.
+    fn cells(self, asked: u32) -> Option<u32> {
+        match self {
+            Self::Graded if asked > 17 => None,
+            // Their stiffness has the most entries.
+            Self::Quadratic if asked > 14 => None,
+            // Elements of order 2 take two intervals each.
+            Self::Quadratic => Some(asked + asked % 2),
+            _ => Some(asked),
+        }
+    }
+
+    fn measured(self, cells: u32, reference: &Reference) -> Result<Measured, StudyError> {
+        let order = match self {
+            Self::Linear => Order::Linear,
+            Self::Quadratic => Order::Quadratic,
+            _ => return measured(&mut self.press(cells)?, reference),
+        };
+        measured(&mut Press::of_elements(cells, order)?, reference)
     }
 }
 
@@ -230,7 +244,7 @@ fn convergence(
     effort: Effort,
     reference: &mut Reference,
 ) -> Result<(Table, Vec<Plot>), StudyError> {
-    let cells: &[u32] = effort.choose(&[7, 9, 11, 14, 17, 22], &[7, 9]);
+    let sizes: &[u32] = effort.choose(&[7, 9, 11, 14, 17, 22], &[7, 9]);
     let (radius, depth) = SPHERES[2];
     let known_small = reference.press(radius, depth)?;
     let (radius, depth) = SPHERES[1];
@@ -240,24 +254,8 @@ fn convergence(
     let deeper = |force: f64| (hertz_force(SOFT, radius, depth) / force).powf(2.0 / 3.0);
     let mut rows = Vec::new();
     for (model, name) in MODELS {
-        for &cells in cells {
-            let cells = match model {
-                Model::Graded if cells > 17 => continue,
-                // Their stiffness has the most entries.
-                Model::Quadratic if cells > 14 => continue,
-                // Elements of order 2 take two intervals each.
-                Model::Quadratic => cells + cells % 2,
-                _ => cells,
-            };
-            let found = match model {
-                Model::Linear => {
-                    measured(&mut Press::of_elements(cells, Order::Linear)?, reference)
-                }
-                Model::Quadratic => {
-                    measured(&mut Press::of_elements(cells, Order::Quadratic)?, reference)
-                }
-                _ => measured(&mut model.press(cells)?, reference),
-            }?;
+        for cells in sizes.iter().filter_map(|&cells| model.cells(cells)) {
+            let found = model.measured(cells, reference)?;
             rows.push(row![
                 name,
                 found.nodes,
@@ -272,21 +270,15 @@ fn convergence(
             ]);
         }
     }
-    for (name, force, small) in [
-        ("reference, finer lattice", known.fine, known_small.fine),
-        (
-            "reference, coarser lattice",
-            known.coarse,
-            known_small.coarse,
-        ),
-    ] {
-        let mut row = row![
-            name,
-            Cell::Nothing,
-            Cell::Nothing,
-            off(force, known.force),
-            off(small, known_small.force)
-        ];
+    let fine = ("reference, finer lattice", known.fine, known_small.fine);
+    let coarse = (
+        "reference, coarser lattice",
+        known.coarse,
+        known_small.coarse,
+    );
+    for (name, force, small) in [fine, coarse] {
+        let mut row = row![name, Cell::Nothing, Cell::Nothing];
+        row.extend(row![off(force, known.force), off(small, known_small.force)]);
         row.resize(10, Cell::Nothing);
         rows.push(row);
     }
@@ -298,16 +290,22 @@ fn convergence(
          solution (s); products (1); forces (ms)",
         rows,
     );
-    let (error, theory) = ("error, r 1 d 0.1", "depth over eq. (65)'s");
+    let plots = converging(&table, deeper(known.force));
+    Ok((table, plots))
+}
+
+/// The table of convergence as plots; `depth` is that of the finite elements over eq. (65)'s.
+fn converging(table: &Table, depth: f64) -> Vec<Plot> {
+    let error = "error, r 1 d 0.1";
     let mut by_norm = table.lines("model", "nodes", "norm of the error");
     for point in by_norm.iter_mut().flat_map(|line| &mut line.points) {
         point.0 *= 3.0;
     }
-    let mut by_theory = table.lines("model", "nodes", theory);
-    let block = by_theory[0].points.iter();
-    let block = block.map(|point| (point.0, deeper(known.force))).collect();
-    by_theory.push(Series::line("block, triquadratic elements", block));
-    let plots = plots![
+    let mut by_theory = table.lines("model", "nodes", "depth over eq. (65)'s");
+    let block = by_theory[0].points.iter().map(|point| (point.0, depth));
+    let block = Series::line("block, triquadratic elements", block.collect());
+    by_theory.push(block);
+    plots![
         "convergence" "Error of the force against the block's finite elements, 0.1 m deep",
             log "nodes", log "error of the force (%)" => table.lines("model", "nodes", error);
         "norm" "Norm of the displacements' error against degrees of freedom (fig. 71)",
@@ -317,6 +315,5 @@ fn convergence(
         "time" "Error of the force against the time of its solution, 0.1 m deep",
             log "wall time of the static solution (s)",
             log "error of the force (%)" => table.lines("model", "solution", error);
-    ];
-    Ok((table, plots))
+    ]
 }

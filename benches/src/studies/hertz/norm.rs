@@ -3,37 +3,23 @@
 use std::collections::HashMap;
 
 use glam::DVec3;
+use phyxel_integrate::BoundaryConditions;
 
-use crate::problems::elements::{Order, displacements};
-use crate::problems::indentation::{Press, SMALL, SOFT, SPHERES, cube_lattice, held, on_top};
+use crate::problems::elements::{Elements, Order};
+use crate::problems::indentation::{SMALL, SOFT, SPHERES, cube_lattice, held, on_top};
 use crate::problems::model::{ElasticBody, small_displacements};
 use crate::problems::reference::{Reference, pulled};
 use crate::report::{Plot, Table, plots, row};
 use crate::{Effort, StudyError};
 
 pub(super) const WORDS: &str = "The table of alternation asks where the norm comes from: first a smooth \
-     field is given on the top, then the reference's displacements there, so that no contact is left, and last \
-     the sphere. Averaged is the error after the mean (1/4, 1/2, 1/4) along each axis, which takes what changes \
+     field is given on the top, then the reference's displacements there, so that no contact is left. Averaged is the error after the mean (1/4, 1/2, 1/4) along each axis, which takes what changes \
      its sign from one layer to the next and leaves the rest. Forces of the default come from one gradient \
      a node, which does not see such a motion; the control alone resists it, and one-sided rows at the \
      surface set it going.";
 
 /// Settings of the hourglass stabilization; the first is the default.
 const CONTROLS: [f64; 3] = [0.1, 0.3, 1.0];
-
-/// What is done to the cube.
-#[derive(Debug, Clone, Copy)]
-enum Load {
-    Smooth,
-    Given,
-    Sphere,
-}
-
-const LOADS: [(Load, &str); 3] = [
-    (Load::Smooth, "smooth field given on the top"),
-    (Load::Given, "the reference's given on the top"),
-    (Load::Sphere, "sphere"),
-];
 
 /// `-d cos²(π x / 2) cos²(π y / 2)` along z.
 fn smooth(x: DVec3) -> DVec3 {
@@ -48,59 +34,30 @@ struct Found {
 }
 
 /// The default on a lattice, with the control at `control`.
-fn default(
-    cells: u32,
-    control: f64,
-    load: Load,
-    top: &dyn Fn(DVec3) -> DVec3,
-) -> Result<Found, StudyError> {
+fn default(cells: u32, control: f64, top: &dyn Fn(DVec3) -> DVec3) -> Result<Found, StudyError> {
     let (nodes, tetrahedra) = cube_lattice(cells);
     let mut body = ElasticBody::new(&nodes, &tetrahedra, SOFT, control)?;
     let rest = body.rest.clone();
-    if let Load::Sphere = load {
-        return pressed(Press::cube(body, 2.0 / f64::from(cells))?);
-    }
     let given = given(&rest, top);
     let forces = pulled(&mut body, &rest, &given);
-    let free = |x| {
-        if held(x) || on_top(x) {
-            DVec3::ZERO
-        } else {
-            DVec3::ONE
-        }
-    };
+    let is_held = |node: usize| held(rest[node]) || on_top(rest[node]);
+    let free = |node| [DVec3::ONE, DVec3::ZERO][usize::from(is_held(node))];
     let inner = small_displacements(&mut body, &rest, &forces, free)?;
-    Ok(Found {
-        moved: sum(given, inner),
-        rest,
-    })
+    let moved = sum(given, inner);
+    Ok(Found { rest, moved })
 }
 
 /// Trilinear elements on the same lattice.
-fn trilinear(cells: u32, load: Load, top: &dyn Fn(DVec3) -> DVec3) -> Result<Found, StudyError> {
-    let mut press = Press::of_elements(cells, Order::Linear)?;
-    if let Load::Sphere = load {
-        return pressed(press);
-    }
-    let rest = press.rest.clone();
+fn trilinear(cells: u32, top: &dyn Fn(DVec3) -> DVec3) -> Result<Found, StudyError> {
+    let low = DVec3::new(-1.0, -1.0, -2.0);
+    let mut body = Elements::even([cells; 3], low, low + 2.0, Order::Linear, SOFT);
+    let rest = body.rest.clone();
     let given = given(&rest, top);
-    let forces = pulled(&mut press.body, &rest, &given);
-    let supports =
-        phyxel_integrate::BoundaryConditions::fixed_where(&rest, |x| held(x) || on_top(x));
-    let inner = press.body.solve(&supports, &forces)?;
-    Ok(Found {
-        moved: sum(given, inner),
-        rest,
-    })
-}
-
-fn pressed<B: phyxel_integrate::ForceLaw>(mut press: Press<B>) -> Result<Found, StudyError> {
-    let (radius, depth) = SPHERES[1];
-    press.press(radius / SMALL, depth * SMALL, super::TOLERANCE)?;
-    Ok(Found {
-        moved: displacements(&press.positions, &press.rest),
-        rest: press.rest,
-    })
+    let forces = pulled(&mut body, &rest, &given);
+    let supports = BoundaryConditions::fixed_where(&rest, |x| held(x) || on_top(x));
+    let inner = body.solve(&supports, &forces)?;
+    let moved = sum(given, inner);
+    Ok(Found { rest, moved })
 }
 
 fn given(rest: &[DVec3], top: &dyn Fn(DVec3) -> DVec3) -> Vec<DVec3> {
@@ -159,11 +116,11 @@ pub(super) fn table(
     let by_smooth = reference.with_top(smooth)?;
     let by_sphere = |x: DVec3| reference.displacement(x);
     let mut rows = Vec::new();
-    for (load, load_name) in LOADS {
-        let known: &dyn Fn(DVec3) -> DVec3 = match load {
-            Load::Smooth => &by_smooth,
-            Load::Given | Load::Sphere => &by_sphere,
-        };
+    let loads: [(&str, &dyn Fn(DVec3) -> DVec3); 2] = [
+        ("smooth field given on the top", &by_smooth),
+        ("the reference's given on the top", &by_sphere),
+    ];
+    for (load, known) in loads {
         let controls = CONTROLS.into_iter().map(Some).chain([None]);
         for control in controls {
             let name = control.map_or("trilinear elements".to_owned(), |control| {
@@ -172,17 +129,17 @@ pub(super) fn table(
             let mut before = None;
             for &cells in sizes {
                 let found = match control {
-                    Some(control) => default(cells, control, load, known)?,
+                    Some(control) => default(cells, control, known)?,
                     // Coarser ones show the order.
                     None if cells > 20 => continue,
-                    None => trilinear(cells, load, known)?,
+                    None => trilinear(cells, known)?,
                 };
                 let [plain, averaged] = found.errors(cells, known);
                 let order = before.map(|(coarse, error): (u32, f64)| {
                     (error / plain).ln() / (f64::from(cells) / f64::from(coarse)).ln()
                 });
                 rows.push(row![
-                    load_name,
+                    load,
                     name.clone(),
                     found.rest.len(),
                     100.0 * plain,
@@ -200,7 +157,7 @@ pub(super) fn table(
         rows,
     );
     let mut given = table.clone();
-    given.rows.retain(|row| row[0].word() == LOADS[1].1);
+    given.rows.retain(|row| row[0].word() == loads[1].0);
     let plots = plots![
         "alternating" "Error inside with the reference's displacements given on the top",
             log "nodes",

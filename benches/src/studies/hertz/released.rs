@@ -19,19 +19,13 @@ const MASS: f64 = 60.0;
 /// Scene time (s) at which it lies still.
 const END: f64 = 12.0;
 
-fn world(nodes: u32, path: &str, release: &str) -> Result<World, StudyError> {
-    let side = |point: &str, normal: &str| {
-        format!("(region: HalfSpace(point: {point}, normal: {normal})),")
-    };
-    let edge = 0.999_999;
-    let supports: String = [
-        side(&format!("({edge}, 0, 0)"), "(1, 0, 0)"),
-        side(&format!("(-{edge}, 0, 0)"), "(-1, 0, 0)"),
-        side(&format!("(0, {edge}, 0)"), "(0, 1, 0)"),
-        side(&format!("(0, -{edge}, 0)"), "(0, -1, 0)"),
-        side(&format!("(0, 0, -{edge})"), "(0, 0, -1)"),
-    ]
-    .concat();
+/// The world at the end, with the sphere on a path and let go or not.
+fn played(nodes: u32, path: &str, release: &str) -> Result<World, StudyError> {
+    let sides = ["1, 0, 0", "-1, 0, 0", "0, 1, 0", "0, -1, 0", "0, 0, -1"].map(|normal| {
+        let point = normal.replace('1', "0.999999");
+        format!("(region: HalfSpace(point: ({point}), normal: ({normal})))")
+    });
+    let supports = sides.join(", ");
     let text = format!(
         "(version: 1, bodies: [(name: \"block\", shape: Box(size: (2, 2, 2)), \
          sampling: (target: Nodes({nodes})), \
@@ -40,36 +34,23 @@ fn world(nodes: u32, path: &str, release: &str) -> Result<World, StudyError> {
          tools: [(shape: Sphere(radius: 1), path: [{path}], {release})])"
     );
     let scene = phyxel_scene::from_text(&text, "hertz study", "", &[])?;
-    Ok(World::new(scene)?)
-}
-
-fn play(world: &mut World, end: f64) -> Result<(), StudyError> {
-    while world.scene_time().is_none_or(|now| now < end) {
-        world.step()?;
-    }
-    Ok(())
+    let mut world = World::new(scene)?;
+    world.play(END, |_| ())?;
+    Ok(world)
 }
 
 /// Depths and forces.
 pub(super) fn table(effort: Effort, reference: &mut Reference) -> Result<Table, StudyError> {
     let nodes = effort.choose(5_000, 1_000);
     let push = MODULUS * reference.press(1.0, DEPTH)?.force;
-    let mut released = world(
-        nodes,
-        "(time: 0, position: (0, 0, 2))",
-        &format!("release: Some((mass: {MASS}, force: (0, 0, -{push})))"),
-    )?;
-    play(&mut released, END)?;
+    let release = format!("release: Some((mass: {MASS}, force: (0, 0, -{push})))");
+    let released = played(nodes, "(time: 0, position: (0, 0, 2))", &release)?;
     let tool = released.tool_forces()[0];
     let depth = 2.0 - tool.pose.position.z;
     // Led slowly to where the other lies, and held.
     let down = 2.0 - depth;
-    let mut led = world(
-        nodes,
-        &format!("(time: 0, position: (0, 0, 2)), (time: 2, position: (0, 0, {down}))"),
-        "",
-    )?;
-    play(&mut led, END)?;
+    let path = format!("(time: 0, position: (0, 0, 2)), (time: 2, position: (0, 0, {down}))");
+    let led = played(nodes, &path, "")?;
     let carried = led.tool_forces()[0].force.z;
     let rows = vec![row![
         released.bodies()[0].rest.len(),

@@ -67,10 +67,8 @@ pub(super) fn pressures(spaces: &[HalfSpace]) -> Vec<Series> {
             let rings = space.rings.iter();
             rings.map(|ring| (middle(ring.radii), of(ring))).collect()
         };
-        all.push(Series::line(
-            "Hertz, means over rings",
-            means(|ring| ring.expected),
-        ));
+        let expected = means(|ring| ring.expected);
+        all.push(Series::line("Hertz, means over rings", expected));
         let name = format!("default, {} nodes, means over rings", space.nodes);
         all.push(Series::line(&name, means(|ring| ring.pressure)));
     }

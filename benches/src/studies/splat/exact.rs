@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use testkit::picture::{Difference, Hit, RIM, compare};
 
 use super::{at_rest, implicit};
-use crate::report::{Report, Table, median_time, plots, row};
+use crate::report::{Plot, Report, Table, median_time, plots, row};
 use crate::{Effort, StudyError};
 
 /// Radii of the torus (m).
@@ -152,6 +152,7 @@ fn rules(surfels: &SurfaceSamples) -> Vec<(&'static str, RadiusRule)> {
     let of = |rule: RadiusRule| rule.radii(&surfels.positions, &surfels.normals);
     let covering = of(RadiusRule::Covering);
     let mean = mean_square(&covering).sqrt();
+    let largest = covering.iter().copied().fold(0.0, f64::max);
     let mapped = |measure| {
         let scaled = |scale: f64| RadiusRule::Mapped {
             measure,
@@ -165,10 +166,7 @@ fn rules(surfels: &SurfaceSamples) -> Vec<(&'static str, RadiusRule)> {
     vec![
         ("covering (default)", RadiusRule::Covering),
         ("one radius", RadiusRule::Constant(mean)),
-        (
-            "one radius, the largest",
-            RadiusRule::Constant(covering.iter().copied().fold(0.0, f64::max)),
-        ),
+        ("one radius, the largest", RadiusRule::Constant(largest)),
         ("density, eq. (52)", mapped(Measure::Density)),
         ("curvature, eqs (53)-(56)", mapped(Measure::Curvature)),
         ("variation, eq. (57)", mapped(Measure::Variation)),
@@ -223,10 +221,24 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
          at least (pixels)",
         rows,
     );
+    let plots = of_ball(&table);
+    let words = format!(
+        "Bodies about 2 m large, their surfels sampled as a scene's are, drawn with {width} x {height} pixels and \
+         compared with pictures of rays traced by the signed distance. Holes and strays are pixels more than one \
+         pixel inside or outside the exact outline; the outline's error counts every pixel that one picture \
+         covers and the other does not. Depth (root mean square) and normal (mean) are compared more than {RIM} \
+         pixels from edges."
+    );
+    let words = [&words, OF_RULES, OF_FLAT_DISKS];
+    Ok(Report::new(&words, vec![table], plots))
+}
+
+/// The rows of the ball as plots.
+fn of_ball(table: &Table) -> Vec<Plot> {
     let mut ball = table.clone();
     ball.rows.retain(|row| row[0].word() == "ball");
     let lines = |x, y| ball.lines("radii", x, y);
-    let plots = plots![
+    plots![
         "normal" "Ball: error of the normals against surfels",
             log "surfels", log "mean angle between normals (degrees)" => lines("surfels", "normal");
         "depth" "Ball: error of the depth against surfels",
@@ -237,29 +249,15 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
         "time" "Ball: error of the normals against the time of a picture",
             linear "time of a picture (ms)",
             log "mean angle between normals (degrees)" => lines("picture", "normal");
-    ];
-    Ok(Report::new(
-        &[
-            &format!(
-                "Bodies about 2 m large, their surfels sampled as a scene's are, drawn with {width} x \
-                 {height} pixels and compared with pictures of rays traced by the signed distance. \
-                 Holes and strays are pixels more than one pixel inside or outside the exact outline; \
-                 the outline's error counts every pixel that one picture covers and the other does \
-                 not. Depth (root mean square) and normal (mean) are compared more than {RIM} pixels \
-                 from edges."
-            ),
-            "One radius and the dissertation's rules (a range of 2 to 3) are scaled to the overdraw of \
-             the default, the disks' area over the body's, so that all of them draw as much; one radius \
-             as large as the default's largest shows what it takes to leave no hole with one size. \
-             Creases of the box are compared: a pixel on the wrong side of one counts as 90 degrees. \
-             Times are medians, all threads; plots are of the ball.",
-            "A flat disk stands out where it touches the outline of a curved body: by sqrt(R^2 + r^2) - R \
-             for a radius r and a radius of curvature R. The last columns give the most that any of the \
-             disks drawn can, and what the smallest disks would that cover the body with as many \
-             (arranged in hexagons): where that is above one pixel, no choice of radii keeps the outline \
-             within one.",
-        ],
-        vec![table],
-        plots,
-    ))
+    ]
 }
+
+const OF_RULES: &str = "One radius and the dissertation's rules (a range of 2 to 3) are scaled to the overdraw of the default, \
+     the disks' area over the body's, so that all of them draw as much; one radius as large as the default's largest \
+     shows what it takes to leave no hole with one size. Creases of the box are compared: a pixel on the wrong side of \
+     one counts as 90 degrees. Times are medians, all threads; plots are of the ball.";
+
+const OF_FLAT_DISKS: &str = "A flat disk stands out where it touches the outline of a curved body: by sqrt(R^2 + r^2) - R for a \
+     radius r and a radius of curvature R. The last columns give the most that any of the disks drawn can, and what \
+     the smallest disks would that cover the body with as many (arranged in hexagons): where that is above one pixel, \
+     no choice of radii keeps the outline within one.";

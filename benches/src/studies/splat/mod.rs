@@ -39,11 +39,6 @@ fn at_rest(surfels: &SurfaceSamples, radius: RadiusRule) -> Result<Tissue, Study
         radius,
         ..TissueSettings::default()
     };
-    Ok(Tissue::new(
-        &surfels.positions,
-        &surfels.normals,
-        &surfels.areas,
-        &[DVec3::ZERO],
-        &settings,
-    )?)
+    let (x, normals, areas) = (&surfels.positions, &surfels.normals, &surfels.areas);
+    Ok(Tissue::new(x, normals, areas, &[DVec3::ZERO], &settings)?)
 }

@@ -5,14 +5,14 @@ use phyxel_splat::{
     Camera, RenderSettings, Renderer, Splats, Tissue, TissueSettings, TissueTexture, covering_radii,
 };
 
-use crate::report::{Cell, Table, median_time, row};
+use crate::report::{Table, median_time, row};
 use crate::{Effort, StudyError};
-use testkit::cloud::golden_sphere;
+use testkit::cloud::{golden_sphere, lattice};
 
 /// Radius of the ball (m).
 const RADIUS: f64 = 0.1;
 /// Nodes along an edge of the cube around the ball, and their distance (m).
-const NODES: u32 = 20;
+const NODES: usize = 20;
 const SPACING: f64 = 0.01;
 
 /// Positions, normals and areas.
@@ -28,13 +28,9 @@ pub(super) fn ball(count: u32) -> Samples {
 
 pub(crate) fn table(effort: Effort) -> Result<Table, StudyError> {
     let counts: &[u32] = effort.choose(&[10_000, 100_000, 1_000_000], &[10_000]);
-    let middle = 0.5 * f64::from(NODES - 1);
-    let nodes: Vec<DVec3> = (0..NODES.pow(3))
-        .map(|i| {
-            let at = [i % NODES, i / NODES % NODES, i / NODES.pow(2)].map(f64::from);
-            (DVec3::from_array(at) - middle) * SPACING
-        })
-        .collect();
+    let middle = 0.5 * (NODES - 1) as f64;
+    let nodes = lattice([NODES; 3], 1.0, 0.0, 0);
+    let nodes: Vec<DVec3> = nodes.iter().map(|at| (*at - middle) * SPACING).collect();
     let turn = DMat3::from_rotation_x(0.1);
     let moved: Vec<DVec3> = nodes.iter().map(|&x| turn * x).collect();
     let gradients = vec![turn; nodes.len()];
@@ -64,11 +60,8 @@ pub(crate) fn table(effort: Effort) -> Result<Table, StudyError> {
             let view = tissue.view(&splats, &colors);
             renderer.draw(&view, &[], &camera);
             let (_, draw) = median_time(times, || renderer.draw(&view, &[], &camera));
-            row.extend([
-                Cell::Number(1e3 * draw),
-                Cell::Number(1.0 / draw),
-                Cell::Number(1e-6 * f64::from(count) / draw),
-            ]);
+            let splats = 1e-6 * f64::from(count) / draw;
+            row.extend(row![1e3 * draw, 1.0 / draw, splats]);
         }
         rows.push(row);
     }
