@@ -7,8 +7,10 @@ mod input;
 mod interrupt;
 mod progress;
 
-pub use checkpoint::{CheckpointError, CheckpointFault, read_checkpoint, write_checkpoint};
+pub(crate) use checkpoint::write_checkpoint;
+pub use checkpoint::{CheckpointError, CheckpointFault, read_checkpoint};
 pub use folder::{OutputError, OutputFolder};
-pub use input::{InputFileError, input_csv, read_input};
+pub(crate) use input::input_csv;
+pub use input::{InputFileError, read_input};
 pub use interrupt::Interrupt;
-pub use progress::Progress;
+pub(crate) use progress::Progress;

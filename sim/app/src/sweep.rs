@@ -27,7 +27,7 @@ use rayon::prelude::*;
 
 use crate::output::{Interrupt, OutputError, OutputFolder};
 use crate::run::{RunError, RunOptions, run};
-use phyxel::scene::{Scene, Shape};
+use phyxel::scene::Scene;
 
 /// A sweep that cannot be planned, run or collected.
 #[derive(Debug, thiserror::Error)]
@@ -137,26 +137,24 @@ fn case(
     values: Vec<String>,
     hashes: &CaseHashes,
 ) -> Result<(Case, Scene), SweepError> {
-    let scene = scene(plan, base, number, &values)?;
-    let text = phyxel_scene::to_ron(&scene);
-    let hash = hashes.of(env!("CARGO_PKG_VERSION"), &text, files_of(&scene));
+    let mut scene = scene(plan, base, number, &values)?;
     let case = Case {
         number,
         values,
-        hash,
+        hash: hashes.of(&mut scene),
     };
     Ok((case, scene))
 }
 
 /// The scene of a case.
 fn scene(plan: &Plan, base: &str, number: usize, values: &[String]) -> Result<Scene, SweepError> {
-    let refused = |index: Option<usize>, error: SceneError| SweepError::Refused {
-        place: plan.source.place(&match index {
-            Some(index) => format!("keys[{index}].values"),
-            None => "keys".to_owned(),
-        }),
-        case: number,
-        source: Box::new(error.without_position()),
+    let refused = |index: Option<usize>, error: SceneError| {
+        let keys = index.map_or("keys".to_owned(), |index| format!("keys[{index}].values"));
+        SweepError::Refused {
+            place: plan.source.place(&keys),
+            case: number,
+            source: Box::new(error.without_position()),
+        }
     };
     let mut changes = Vec::new();
     for (index, (key, value)) in plan.keys.iter().zip(values).enumerate() {
@@ -177,22 +175,6 @@ fn scene(plan: &Plan, base: &str, number: usize, values: &[String]) -> Result<Sc
             _ => false,
         });
         refused(index.map(|(index, _)| *index), error)
-    })
-}
-
-/// Files that a scene is built from.
-fn files_of(scene: &Scene) -> impl Iterator<Item = &Path> {
-    scene.bodies.iter().flat_map(|body| {
-        let surfels = &body.surfels;
-        let mesh = match &body.shape {
-            Shape::Mesh { file, .. } => Some(file),
-            _ => None,
-        };
-        let images = [&surfels.image, &surfels.cut_image];
-        let images = images.into_iter().flatten().map(|image| &image.file);
-        let points = surfels.points.as_ref().map(|points| &points.file);
-        let files = mesh.into_iter().chain(images).chain(points);
-        files.map(|file| &**file)
     })
 }
 

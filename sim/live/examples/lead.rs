@@ -34,22 +34,7 @@ fn main() -> Answer<()> {
             && Instant::elapsed(&begun) >= Duration::from_secs(1) * sent / RATE
         {
             sent += 1;
-            let share = f64::from(sent) / f64::from(SENT);
-            let phase = u32::from(sent > 1) + u32::from(sent == SENT);
-            let at = |x: f64, y: f64, z: f64| {
-                let share = [x, y, z];
-                [0, 1, 2].map(|k| low[k] + share[k] * (high[k] - low[k]))
-            };
-            let message = if press {
-                // From above into it and out again.
-                let height = 1.1 - 0.4 * (share * std::f64::consts::PI).sin();
-                pose(sent, phase, at(0.3, 0.5, height))
-            } else {
-                // Across the top, from one side towards the other.
-                let x = 0.2 + 0.5 * share;
-                edge(sent, phase, at(x, 0.5, 1.1), at(x, 0.5, 0.5))
-            };
-            socket.send(Message::binary(message))?;
+            socket.send(Message::binary(hand(sent, press, low, high)))?;
             waiting.push_back((sent, Instant::now()));
         }
         match socket.read() {
@@ -69,13 +54,9 @@ fn main() -> Answer<()> {
                     u32::from_le_bytes(bytes.unwrap_or_default())
                 };
                 // The first position in the table is that of the first client.
-                while waiting
-                    .front()
-                    .is_some_and(|(number, _)| *number <= word(40))
-                {
-                    let stamp: Option<(u32, Instant)> = waiting.pop_front();
-                    late.extend(stamp.map(|(_, stamp)| 1e3 * stamp.elapsed().as_secs_f64()));
-                }
+                let is_seen = |(number, _): &(u32, Instant)| *number <= word(40);
+                let seen = waiting.drain(..waiting.partition_point(is_seen));
+                late.extend(seen.map(|(_, sent)| 1e3 * sent.elapsed().as_secs_f64()));
                 let force = [132, 136, 140].map(|at| f32::from_bits(word(at)).powi(2));
                 peak = peak.max(force.iter().sum::<f32>().sqrt());
                 socket.send(Message::binary(message(16, 12, &[word(8)], &[])))?;
@@ -92,6 +73,25 @@ fn main() -> Answer<()> {
     let (median, most, all) = (at(50), at(95), at(100));
     println!("pose to state: median {median:.2} ms, p95 {most:.2} ms, largest {all:.2} ms");
     Ok(())
+}
+
+/// What a hand does in its message of this number, in the box between two corners (m).
+fn hand(sent: u32, press: bool, low: [f64; 3], high: [f64; 3]) -> Vec<u8> {
+    let share = f64::from(sent) / f64::from(SENT);
+    let phase = u32::from(sent > 1) + u32::from(sent == SENT);
+    let at = |place: [f64; 3]| [0, 1, 2].map(|k| low[k] + place[k] * (high[k] - low[k]));
+    let (kind, head, third, numbers) = if press {
+        // From above into it and out again, not turned.
+        let height = 1.1 - 0.4 * (share * std::f64::consts::PI).sin();
+        let place = at([0.3, 0.5, height]);
+        (17, 80, 0, [&place[..], &[0.0, 0.0, 0.0, 1.0]].concat())
+    } else {
+        // Across the top, from one side towards the other.
+        let x = 0.2 + 0.5 * share;
+        let edge = [at([x, 0.5, 1.1]), at([x, 0.5, 0.5])];
+        (18, 24, 2, edge.concat())
+    };
+    message(kind, head, &[sent, phase, third, 0], &numbers)
 }
 
 /// Exchanges the code of an address for a token and opens a socket with it.
@@ -127,13 +127,4 @@ fn message(kind: u16, head: u16, words: &[u32], numbers: &[f64]) -> Vec<u8> {
     bytes.extend(words.iter().flat_map(|word| word.to_le_bytes()));
     bytes.extend(numbers.iter().flat_map(|number| number.to_le_bytes()));
     bytes
-}
-
-fn edge(sequence: u32, phase: u32, [a, b, c]: [f64; 3], [d, e, f]: [f64; 3]) -> Vec<u8> {
-    message(18, 24, &[sequence, phase, 2, 0], &[a, b, c, d, e, f])
-}
-
-fn pose(sequence: u32, phase: u32, [x, y, z]: [f64; 3]) -> Vec<u8> {
-    let words = [sequence, phase, 0, 0];
-    message(17, 80, &words, &[x, y, z, 0.0, 0.0, 0.0, 1.0])
 }

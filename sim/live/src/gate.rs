@@ -3,7 +3,7 @@
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-use crate::http::Head;
+use crate::http::{Request, only};
 use crate::locked;
 
 /// Random bytes of a code or a token: not to be guessed.
@@ -63,8 +63,8 @@ impl Gate {
 
 /// Whether a request is for this machine by a name that only it has, and does not come from a page
 /// of someone else. Names that others may point here (DNS rebinding) are refused.
-pub(crate) fn is_from_here(head: &Head) -> bool {
-    let Some(host) = head.only("host") else {
+pub(crate) fn is_from_here(request: &Request) -> bool {
+    let Some(host) = only(request, "host") else {
         return false;
     };
     let name = match host.rsplit_once(':') {
@@ -75,7 +75,7 @@ pub(crate) fn is_from_here(head: &Head) -> bool {
         return false;
     }
     let fits = |name: &str, good: &dyn Fn(&str) -> bool| {
-        head.count(name) == 0 || head.only(name).is_some_and(good)
+        !request.headers().contains_key(name) || only(request, name).is_some_and(good)
     };
     // Programs send no origin; browsers always do when they open a socket.
     fits("origin", &|origin| {
@@ -116,8 +116,7 @@ mod tests {
     fn foreign_names_and_pages_are_refused() {
         let fits = |lines: &str| {
             let text = format!("GET / HTTP/1.1\r\n{lines}\r\n");
-            let head = Head::parse(text.as_bytes()).expect("a head");
-            is_from_here(&head)
+            is_from_here(&crate::http::parsed(text.as_bytes()).expect("a head"))
         };
         for good in [
             "Host: 127.0.0.1:8080\r\n",

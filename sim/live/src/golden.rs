@@ -19,7 +19,7 @@ fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden")
 }
 
-fn outgoing() -> Vec<(&'static str, Vec<u8>)> {
+fn skin() -> Vec<u8> {
     let mut numbers = Vec::new();
     for k in 0..2_u32 {
         let x = f64::from(k);
@@ -38,6 +38,10 @@ fn outgoing() -> Vec<(&'static str, Vec<u8>)> {
             },
         );
     }
+    encode_skin(3, 1, 7, 2, &numbers)
+}
+
+fn clips() -> Vec<u8> {
     let clips = [
         ClipOf {
             surfel: 4,
@@ -55,6 +59,10 @@ fn outgoing() -> Vec<(&'static str, Vec<u8>)> {
             walls: &[],
         },
     ];
+    encode_clips(3, 1, &clips)
+}
+
+fn state() -> Vec<u8> {
     let tools = [ToolState {
         position: DVec3::new(0.5, 1.5, 2.5),
         rotation: DQuat::from_xyzw(0.0, 0.0, 0.6, 0.8),
@@ -86,17 +94,21 @@ fn outgoing() -> Vec<(&'static str, Vec<u8>)> {
             },
         ],
     };
+    encode_state(3, &state)
+}
+
+fn outgoing() -> [(&'static str, Vec<u8>); 5] {
     let samples = [0.5, 0.75].map(|time| ForceSample {
         time,
         force: DVec3::new(time, 0.0, -time),
         penetration: 0.125,
     });
     let nodes = [DVec3::new(0.5, 1.0, 1.5), DVec3::new(2.0, 2.5, 3.0)];
-    vec![
+    [
         ("nodes", encode_nodes(3, 1, &nodes)),
-        ("skin", encode_skin(3, 1, 7, 2, &numbers)),
-        ("clips", encode_clips(3, 1, &clips)),
-        ("state", encode_state(3, &state)),
+        ("skin", skin()),
+        ("clips", clips()),
+        ("state", state()),
         ("force", encode_force(3, GRIP, &samples)),
     ]
 }
@@ -219,8 +231,5 @@ fn mutated_messages_are_read_or_left_aside() {
         let near = |x: &DVec3| x.is_finite() && x.abs().max_element() <= 100.0;
         assert!(places.iter().all(near), "{places:?}");
     }
-    assert!(
-        read > 1_000,
-        "only {read} were read: the test tests nothing"
-    );
+    assert!(read > 1_000, "only {read} were read");
 }

@@ -88,67 +88,66 @@ pub(crate) fn decode(bytes: &[u8]) -> Option<Incoming> {
     let kind = head.u16()?;
     let start = usize::from(head.u16()?);
     head.u32()?;
-    let mut tail = Reader::new(bytes.get(start..)?);
+    let tail = Reader::new(bytes.get(start..)?);
     // A head that claims to be shorter than its own beginning is malformed.
     if start < crate::wire::HEADER {
         return None;
     }
     Some(match kind {
         kind::ACK => Incoming::Ack(head.u32()?),
-        kind::POSE => {
+        kind::POSE | kind::EDGE | kind::GRIP => {
             let (sequence, phase) = (head.u32()?, phase(head.u32()?)?);
-            let tool = usize::try_from(head.u32()?).ok()?;
-            head.u32()?;
-            let hand = Hand::Pose {
-                tool,
-                phase,
-                position: place(head.finite()?)?,
-                rotation: unit(head.finite()?)?,
-            };
-            Incoming::Hand(sequence, hand)
+            Incoming::Hand(sequence, hand(kind, phase, head, tail)?)
         }
-        kind::EDGE => {
-            let (sequence, phase) = (head.u32()?, phase(head.u32()?)?);
-            let count = usize::try_from(head.u32()?).ok()?;
-            let few = if phase == HandPhase::End { 0 } else { 2 };
-            if !(few..=MAX_EDGE).contains(&count) || count == 1 {
-                return None;
-            }
-            let points = (0..count).map(|_| place(tail.finite()?));
-            let points = points.collect::<Option<Vec<_>>>()?;
-            Incoming::Hand(sequence, Hand::Edge { phase, points })
-        }
-        kind::GRIP => {
-            let (sequence, phase) = (head.u32()?, phase(head.u32()?)?);
-            let position = place(head.finite()?)?;
-            let [radius] = head.finite()?;
-            let hand = Hand::Grip {
-                phase,
-                position,
-                radius: (0.0..=1.0).contains(&radius).then_some(radius)?,
-            };
-            Incoming::Hand(sequence, hand)
-        }
-        kind::MESH => {
-            let total = usize::try_from(head.u32()?).ok()?;
-            let offset = usize::try_from(head.u32()?).ok()?;
-            let extension = head.u32()?.to_le_bytes().into_iter();
-            let extension: Vec<u8> = extension.take_while(|&b| b != 0).collect();
-            let plain = extension.iter().all(u8::is_ascii_lowercase) && !extension.is_empty();
-            let piece = tail.rest().to_vec();
-            let fits = total <= MAX_MESH && !piece.is_empty();
-            let end = offset.checked_add(piece.len())?;
-            if !plain || !fits || end > total {
-                return None;
-            }
-            Incoming::Mesh {
-                total,
-                offset,
-                extension: String::from_utf8(extension).ok()?,
-                piece,
-            }
-        }
+        kind::MESH => piece(head, &tail)?,
         _ => return None,
+    })
+}
+
+fn hand(kind: u16, phase: HandPhase, mut head: Reader<'_>, mut tail: Reader<'_>) -> Option<Hand> {
+    if kind == kind::GRIP {
+        let position = place(head.finite()?)?;
+        let [radius] = head.finite()?;
+        return (0.0..=1.0).contains(&radius).then_some(Hand::Grip {
+            phase,
+            position,
+            radius,
+        });
+    }
+    let count = usize::try_from(head.u32()?).ok()?;
+    if kind == kind::POSE {
+        head.u32()?;
+        return Some(Hand::Pose {
+            tool: count,
+            phase,
+            position: place(head.finite()?)?,
+            rotation: unit(head.finite()?)?,
+        });
+    }
+    let none = phase == HandPhase::End && count == 0;
+    if !none && !(2..=MAX_EDGE).contains(&count) {
+        return None;
+    }
+    let points = (0..count).map(|_| place(tail.finite()?));
+    let points = points.collect::<Option<Vec<_>>>()?;
+    Some(Hand::Edge { phase, points })
+}
+
+/// A piece of a mesh file.
+fn piece(mut head: Reader<'_>, tail: &Reader<'_>) -> Option<Incoming> {
+    let total = usize::try_from(head.u32()?).ok()?;
+    let offset = usize::try_from(head.u32()?).ok()?;
+    let extension = head.u32()?.to_le_bytes().into_iter();
+    let extension: Vec<u8> = extension.take_while(|&b| b != 0).collect();
+    let plain = extension.iter().all(u8::is_ascii_lowercase) && !extension.is_empty();
+    let piece = tail.rest().to_vec();
+    let fits = total <= MAX_MESH && !piece.is_empty();
+    let end = offset.checked_add(piece.len())?;
+    (plain && fits && end <= total).then_some(Incoming::Mesh {
+        total,
+        offset,
+        extension: String::from_utf8(extension).ok()?,
+        piece,
     })
 }
 

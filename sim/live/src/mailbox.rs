@@ -166,36 +166,6 @@ impl Mailbox {
 mod tests {
     use super::*;
 
-    fn state(byte: u8) -> Arc<Vec<u8>> {
-        Arc::new(vec![byte])
-    }
-
-    fn next(mailbox: &Mailbox) -> Option<Vec<u8>> {
-        match mailbox.next(Duration::ZERO)? {
-            Outgoing::Binary(bytes) => Some(bytes.to_vec()),
-            Outgoing::Ping => None,
-            other => unreachable!("{other:?} was not sent"),
-        }
-    }
-
-    #[test]
-    fn one_state_is_in_flight_and_the_newest_follows() {
-        let mailbox = Mailbox::default();
-        assert!(mailbox.wants_state());
-        mailbox.put_state(1, state(1));
-        assert_eq!(next(&mailbox), Some(vec![1]));
-        mailbox.put_state(2, state(2));
-        mailbox.put_state(3, state(3));
-        assert_eq!(next(&mailbox), None, "the first is not acknowledged");
-        mailbox.acknowledge(7);
-        assert_eq!(next(&mailbox), None, "another was acknowledged");
-        // What is queued does not wait for states.
-        mailbox.push(Outgoing::Binary(state(9)));
-        assert_eq!(next(&mailbox), Some(vec![9]));
-        mailbox.acknowledge(1);
-        assert_eq!(next(&mailbox), Some(vec![3]), "the newest, not the second");
-    }
-
     #[test]
     fn a_client_that_takes_nothing_falls_behind_and_begins_again() {
         let mailbox = Mailbox::default();
@@ -216,11 +186,8 @@ mod tests {
         assert_eq!(firsts(&mailbox), [0, 1, 2, 3, 4, 5, 100], "no more changes");
         assert!(mailbox.has_caught_up());
         mailbox.push(large(9));
-        assert_eq!(
-            firsts(&mailbox),
-            [0; 0],
-            "a change of what it does not have"
-        );
+        // A change of what it does not have.
+        assert_eq!(firsts(&mailbox), [0; 0]);
         mailbox.begin([large(10)]);
         mailbox.push(large(11));
         mailbox.begin([large(12)]);

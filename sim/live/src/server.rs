@@ -3,18 +3,19 @@
 use std::collections::VecDeque;
 use std::io;
 use std::net::{Ipv4Addr, Shutdown, SocketAddr, TcpListener, TcpStream};
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use tungstenite::Message;
-use tungstenite::handshake::derive_accept_key;
+use tungstenite::handshake::server::{create_response, write_response};
+use tungstenite::http::HeaderValue;
 
 use crate::assets;
 use crate::control::{Control, Scene, Told};
 use crate::gate::{Gate, is_from_here};
-use crate::http::{Head, read_head, respond, say};
+use crate::http::{Request, only, read_head, respond, say, words};
 use crate::incoming::{self, Hand, Incoming, MAX_MESH};
 use crate::mailbox::{Mailbox, Outgoing};
 use crate::outgoing::MAX_CLIENTS;
@@ -79,7 +80,6 @@ struct Shared {
     server: String,
     clients: Mutex<[Option<Arc<Mailbox>>; MAX_CLIENTS]>,
     events: SyncSender<(ClientId, Event)>,
-    connections: AtomicUsize,
     strangers: Mutex<Strangers>,
     closing: AtomicBool,
 }
@@ -154,7 +154,6 @@ impl Server {
             server: server.to_owned(),
             clients: Mutex::default(),
             events: sender,
-            connections: AtomicUsize::new(0),
             strangers: Mutex::default(),
             closing: AtomicBool::new(false),
         });
@@ -206,10 +205,7 @@ impl Server {
     #[must_use]
     pub fn wants_state(&self) -> bool {
         let clients = locked(&self.shared.clients);
-        clients
-            .iter()
-            .flatten()
-            .any(|mailbox| mailbox.wants_state())
+        clients.iter().flatten().any(|client| client.wants_state())
     }
 
     /// Offers a state to all clients, instead of one that still waits for them.
@@ -296,11 +292,10 @@ fn listen(listener: &TcpListener, shared: &Arc<Shared>) {
             continue;
         };
         let number = locked(&shared.strangers).admit(other);
-        // Those who gave way end as soon as their threads run.
-        while shared.connections.load(Ordering::SeqCst) >= MOST_CONNECTIONS {
+        // Those who gave way end as soon as their threads run, each of which has a share.
+        while Arc::strong_count(shared) > MOST_CONNECTIONS {
             std::thread::sleep(Duration::from_millis(1));
         }
-        shared.connections.fetch_add(1, Ordering::SeqCst);
         let own = Arc::clone(shared);
         let started = std::thread::Builder::new()
             .name("live-client".into())
@@ -308,11 +303,9 @@ fn listen(listener: &TcpListener, shared: &Arc<Shared>) {
                 // A connection that breaks concerns nobody else.
                 let _ = connection(stream, number, &own);
                 locked(&own.strangers).forget(number);
-                own.connections.fetch_sub(1, Ordering::SeqCst);
             });
         if started.is_err() {
             locked(&shared.strangers).forget(number);
-            shared.connections.fetch_sub(1, Ordering::SeqCst);
         }
     }
 }
@@ -320,25 +313,24 @@ fn listen(listener: &TcpListener, shared: &Arc<Shared>) {
 /// Serves one connection to its end.
 fn connection(mut stream: TcpStream, number: u64, shared: &Arc<Shared>) -> io::Result<()> {
     stream.set_write_timeout(Some(Duration::from_secs(10)))?;
-    let Some((head, early)) = read_head(&mut stream)? else {
-        return say(&mut stream, "400 Bad Request", "not a request\n");
+    let (request, early) = match read_head(&mut stream)? {
+        Ok(read) => read,
+        Err([status, words]) => return say(&mut stream, status, words),
     };
-    if !is_from_here(&head) {
+    if !is_from_here(&request) {
         let words = "only this machine's own pages may ask\n";
         return say(&mut stream, "403 Forbidden", words);
     }
-    if head.method != "GET" {
-        return say(&mut stream, "405 Method Not Allowed", "GET only\n");
-    }
-    match &*head.path {
-        "/token" => match shared.gate.exchange(&head.query) {
+    let code = request.uri().query().unwrap_or_default();
+    match request.uri().path() {
+        "/token" => match shared.gate.exchange(code) {
             Some(token) => say(&mut stream, "200 OK", token),
             None => {
                 let words = "this code is not good, or not any more\n";
                 say(&mut stream, "403 Forbidden", words)
             }
         },
-        "/session" => session(stream, number, &head, early, shared),
+        "/session" => session(stream, number, &request, early, shared),
         path => match assets::find(path) {
             Some(asset) => {
                 let (kind, content) = (asset.content_type, asset.content.as_bytes());
@@ -353,26 +345,27 @@ fn connection(mut stream: TcpStream, number: u64, shared: &Arc<Shared>) -> io::R
 fn session(
     mut stream: TcpStream,
     number: u64,
-    head: &Head,
+    request: &Request,
     early: Vec<u8>,
     shared: &Arc<Shared>,
 ) -> io::Result<()> {
     use std::io::Write;
-    let upgrade = head.has_word("upgrade", "websocket")
-        && head.has_word("connection", "upgrade")
-        && head.only("sec-websocket-version") == Some("13");
-    let key = head.only("sec-websocket-key").filter(|key| key.len() == 24);
-    let offered = head
-        .words("sec-websocket-protocol")
-        .any(|word| word == PROTOCOL);
-    let (true, Some(key), true) = (upgrade, key, offered) else {
+    let offered = || words(request, "sec-websocket-protocol");
+    let once = ["sec-websocket-version", "sec-websocket-key"].map(|name| only(request, name));
+    let fits = !once.contains(&None) && offered().any(|word| word == PROTOCOL);
+    let answer = create_response(request).ok().filter(|_| fits);
+    let Some(mut answer) = answer else {
         let words = "a WebSocket with the protocol phyxel.1 lives here\n";
         return say(&mut stream, "400 Bad Request", words);
     };
+    let protocol = HeaderValue::from_static(PROTOCOL);
+    answer
+        .headers_mut()
+        .insert("Sec-WebSocket-Protocol", protocol);
+    let mut head = Vec::new();
+    write_response(&mut head, &answer).map_err(io::Error::other)?;
     // Browsers let a page set no header but this.
-    let token = head
-        .words("sec-websocket-protocol")
-        .find_map(|word| word.strip_prefix("token."));
+    let token = offered().find_map(|word| word.strip_prefix("token."));
     if !token.is_some_and(|token| shared.gate.knows(token)) {
         return say(&mut stream, "403 Forbidden", "no token of this session\n");
     }
@@ -381,12 +374,7 @@ fn session(
         return say(&mut stream, "503 Service Unavailable", "too many clients\n");
     };
     locked(&shared.strangers).forget(number);
-    let accept = derive_accept_key(key.as_bytes());
-    let answer = format!(
-        "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n\
-         Sec-WebSocket-Accept: {accept}\r\nSec-WebSocket-Protocol: {PROTOCOL}\r\n\r\n"
-    );
-    let result = stream.write_all(answer.as_bytes()).and_then(|()| {
+    let result = stream.write_all(&head).and_then(|()| {
         let hello = Told::Hello {
             protocol: PROTOCOL,
             server: shared.server.clone(),

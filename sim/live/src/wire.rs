@@ -1,6 +1,7 @@
 //! Numbers to bytes and back: little endian, nothing padded but where said.
 
 use glam::DVec3;
+use half::f16;
 
 /// A message in the making: kind, length of the fixed part, epoch, then what is put.
 #[derive(Debug)]
@@ -62,7 +63,8 @@ impl Writer {
     /// Half precision (IEEE 754 binary16).
     pub(crate) fn halves(&mut self, values: impl IntoIterator<Item = f64>) {
         for value in values {
-            self.bytes.extend(half(single(value)).to_le_bytes());
+            self.bytes
+                .extend(f16::from_f32(single(value)).to_le_bytes());
         }
     }
 
@@ -85,33 +87,6 @@ impl Writer {
 )]
 pub(crate) const fn single(value: f64) -> f32 {
     value as f32
-}
-
-/// Bits of the nearest half-precision number, ties to even; what is too large becomes infinite.
-pub(crate) fn half(value: f32) -> u16 {
-    let bits = value.to_bits();
-    let sign = (bits >> 16) as u16 & 0x8000;
-    let size = bits & 0x7fff_ffff;
-    if size > 0x7f80_0000 {
-        return sign | 0x7e00;
-    }
-    // 65520 and more round to infinity.
-    if size >= 0x477f_f000 {
-        return sign | 0x7c00;
-    }
-    // Below the smallest normal half, 2^-14, steps are 2^-24 wide.
-    let rounded = if size < 0x3880_0000 {
-        let steps = f32::from_bits(size) * 16_777_216.0;
-        #[allow(clippy::cast_possible_truncation, reason = "between 0 and 1024")]
-        let steps = steps.round_ties_even() as u32;
-        steps
-    } else {
-        let even = size >> 13 & 1;
-        (size - 0x3800_0000 + 0xfff + even) >> 13
-    };
-    #[allow(clippy::cast_possible_truncation, reason = "at most 0x7c00")]
-    let rounded = rounded as u16;
-    sign | rounded
 }
 
 /// Bytes of a message that someone sent: every read says whether there was enough.
@@ -145,65 +120,11 @@ impl<'a> Reader<'a> {
         for value in &mut values {
             *value = f64::from_le_bytes(self.take()?);
         }
-        values
-            .iter()
-            .all(|value| value.is_finite())
-            .then_some(values)
+        let all = values.iter().all(|value| value.is_finite());
+        all.then_some(values)
     }
 
-    pub(crate) fn rest(self) -> &'a [u8] {
+    pub(crate) const fn rest(&self) -> &'a [u8] {
         self.bytes
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::half;
-    use proptest::prelude::*;
-
-    /// The value of a half by its definition.
-    fn value(bits: u16) -> f64 {
-        let (exponent, part) = (i32::from(bits >> 10 & 0x1f), f64::from(bits & 0x3ff));
-        let size = match exponent {
-            0 => part * 2_f64.powi(-24),
-            31 => f64::INFINITY,
-            _ => (1.0 + part / 1024.0) * 2_f64.powi(exponent - 15),
-        };
-        if bits & 0x8000 == 0 { size } else { -size }
-    }
-
-    #[test]
-    fn every_half_is_its_own_nearest() {
-        for bits in 0..=u16::MAX {
-            let exact = value(bits);
-            if bits & 0x7c00 != 0x7c00 {
-                assert_eq!(half(super::single(exact)), bits, "{exact}");
-            }
-        }
-        assert_eq!(half(f32::INFINITY), 0x7c00);
-        assert_eq!(half(-1e30), 0xfc00);
-        assert_eq!(half(f32::NAN) & 0x7fff, 0x7e00);
-    }
-
-    proptest! {
-        #[test]
-        fn halves_are_the_nearest(x in -70000.0_f32..70000.0, small in -1e-4_f32..1e-4) {
-            for x in [x, small] {
-                let bits = half(x);
-                let found = value(bits);
-                if found.is_finite() {
-                    let error = (found - f64::from(x)).abs();
-                    for other in [bits.wrapping_sub(1), bits.wrapping_add(1)] {
-                        let aside = value(other);
-                        prop_assert!(
-                            !aside.is_finite() || error <= (aside - f64::from(x)).abs(),
-                            "{x}: {found} but {aside} is nearer"
-                        );
-                    }
-                } else {
-                    prop_assert!(x.abs() >= 65520.0);
-                }
-            }
-        }
     }
 }

@@ -6,7 +6,6 @@ use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
 use phyxel_live::{Control, Event, Hand, HandPhase, MAX_CLIENTS, PROTOCOL, Server, To, Told};
-use testkit::cloud::Random;
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Bytes, Message, WebSocket};
 
@@ -152,10 +151,8 @@ fn clients_come_speak_and_go_and_their_places_are_free_again() {
         }
         sockets.push(socket);
     }
-    assert!(
-        join(&server, &token, None).is_err(),
-        "there is no place left"
-    );
+    // There is no place left.
+    assert!(join(&server, &token, None).is_err());
     // Two speak at once; each is known by its position.
     sockets[3].send(edge(1, 0)).unwrap();
     sockets[5].send(Message::text(r#"{"do":"play"}"#)).unwrap();
@@ -209,10 +206,17 @@ fn one_state_is_in_flight() {
     }
     assert!(!server.wants_state());
     assert_eq!(socket.read().unwrap().into_data(), state(1));
-    let mut ack = vec![16, 0, 12, 0, 0, 0, 0, 0];
-    ack.extend(1_u32.to_le_bytes());
-    socket.send(Message::binary(ack)).unwrap();
-    assert_eq!(event(&server), (0, Event::Ready));
+    let acknowledge = |socket: &mut Socket, number: u32| {
+        let head = [16, 0, 12, 0, 0, 0, 0, 0];
+        let bytes = [&head[..], &number.to_le_bytes()].concat();
+        socket.send(Message::binary(bytes)).unwrap();
+        assert_eq!(event(&server), (0, Event::Ready));
+    };
+    acknowledge(&mut socket, 7);
+    // What is queued does not wait for states, and nothing has come before it: another was acknowledged.
+    server.send(To::All, vec![9]);
+    assert_eq!(socket.read().unwrap().into_data(), vec![9]);
+    acknowledge(&mut socket, 1);
     assert_eq!(socket.read().unwrap().into_data(), state(5), "the newest");
 }
 
@@ -292,37 +296,4 @@ fn slow_half_open_and_flooding_strangers_do_not_keep_others_out() {
     assert_eq!(event(&server), (0, Event::Joined));
     let _ = socket.send(Message::Binary(Bytes::from(vec![0; 2 << 20])));
     assert_eq!(event(&server), (0, Event::Left));
-}
-
-#[test]
-fn mutated_handshakes_let_nobody_in() {
-    let server = Server::start(0, "test").unwrap();
-    let address = server.address();
-    let good = format!(
-        "GET /session HTTP/1.1\r\nHost: {address}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n\
-         Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\
-         Sec-WebSocket-Protocol: {PROTOCOL}, token.00112233445566778899aabbccddeeff\r\n\r\n"
-    );
-    let mut random = Random::new(1);
-    let mut next = |end: usize| random.below(end);
-    for _ in 0..1_500 {
-        let mut bytes = good.clone().into_bytes();
-        for _ in 0..=next(3) {
-            let at = next(bytes.len() - 4);
-            match next(3) {
-                0 => bytes[at] = next(256).to_le_bytes()[0],
-                1 => drop(bytes.drain(at..(at + 1 + next(20)).min(bytes.len() - 4))),
-                _ => bytes.insert(at, b"\r\n: ,a"[next(6)]),
-            }
-        }
-        let mut stream = connected(&server);
-        let _ = stream.write_all(&bytes);
-        let _ = stream.shutdown(std::net::Shutdown::Write);
-        let mut answer = Vec::new();
-        let _ = stream.read_to_end(&mut answer);
-        let let_in = answer.starts_with(b"HTTP/1.1 101");
-        assert!(!let_in, "{}", String::from_utf8_lossy(&bytes));
-    }
-    assert!(server.events().try_recv().is_err(), "nobody came in");
-    assert_eq!(status(&get(&server, "/", "")), "200", "the server lives");
 }

@@ -120,6 +120,37 @@ fn watched_step(share: &mut Share, pass: &Pass, wire: &mut Wire) {
     gather(&share.end_watched(pass, &watched), &[]);
 }
 
+fn set_state(share: &mut Share, wire: &mut Wire) -> Result<(), WorkerError> {
+    let (state, loads, viscosity): (State, Vec<glam::DVec3>, f64) =
+        postcard::from_bytes(&receive(FRONT))?;
+    share.set_state(state, &loads, viscosity)?;
+    if share.package.carries {
+        share.evaluate(wire);
+    }
+    Ok(())
+}
+
+fn change(share: &mut Share, rows: bool, wire: &mut Wire) -> Result<(), WorkerError> {
+    let change: Change = postcard::from_bytes(&receive(FRONT))?;
+    let changed = share.change(change);
+    all_fine(changed.is_ok());
+    changed?;
+    if rows {
+        share.evaluate_again(wire)?;
+    }
+    Ok(())
+}
+
+fn write(share: &mut Share, wire: &mut Wire) {
+    let name = receive(FRONT);
+    let folder = PathBuf::from(String::from_utf8_lossy(&name).into_owned());
+    share.evaluate_if_due(wire);
+    if let Err(error) = write_piece(share, &folder, rank()) {
+        eprintln!("rank {}: {}: {error}", rank(), folder.display());
+    }
+    gather(&[0.0], &[]);
+}
+
 fn obey(
     command: Command,
     share: &mut Share,
@@ -128,23 +159,8 @@ fn obey(
 ) -> Result<(), WorkerError> {
     match command {
         Command::Model | Command::End => {}
-        Command::State => {
-            let (state, loads, viscosity): (State, Vec<glam::DVec3>, f64) =
-                postcard::from_bytes(&receive(FRONT))?;
-            share.set_state(state, &loads, viscosity)?;
-            if share.package.carries {
-                share.evaluate(wire);
-            }
-        }
-        Command::Change(rows) => {
-            let change: Change = postcard::from_bytes(&receive(FRONT))?;
-            let changed = share.change(change);
-            all_fine(changed.is_ok());
-            changed?;
-            if rows {
-                share.evaluate_again(wire)?;
-            }
-        }
+        Command::State => set_state(share, wire)?,
+        Command::Change(rows) => change(share, rows, wire)?,
         Command::Step(pass) => {
             gather(&share.step(&pass, wire), &[]);
         }
@@ -156,9 +172,8 @@ fn obey(
         }
         Command::Fetch => {
             hear_velocities(share);
-            for list in moving(share.motion.state()) {
-                send_vectors(FRONT, list);
-            }
+            let lists = moving(share.motion.state()).into_iter();
+            lists.for_each(|list| send_vectors(FRONT, list));
         }
         Command::Store => {
             let (_, velocities) = share.motion.places_mut();
@@ -188,20 +203,8 @@ fn obey(
             hear_velocities(share);
             memory.keep(share.motion.state());
         }
-        Command::Kept => {
-            for list in memory.kept() {
-                send_vectors(FRONT, list);
-            }
-        }
-        Command::Write => {
-            let name = receive(FRONT);
-            let folder = PathBuf::from(String::from_utf8_lossy(&name).into_owned());
-            share.evaluate_if_due(wire);
-            if let Err(error) = write_piece(share, &folder, rank()) {
-                eprintln!("rank {}: {}: {error}", rank(), folder.display());
-            }
-            gather(&[0.0], &[]);
-        }
+        Command::Kept => memory.kept().iter().for_each(|list| send_vectors(FRONT, list)),
+        Command::Write => write(share, wire),
     }
     Ok(())
 }

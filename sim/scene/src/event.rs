@@ -186,8 +186,8 @@ impl Cut {
     /// Longest path (m) of an edge point over the whole stroke, by chords.
     #[must_use]
     pub fn way(&self) -> f64 {
-        self.path
-            .windows(2)
+        let pairs = self.path.windows(2);
+        pairs
             .map(|pair| self.travel(pair[0].time, pair[1].time))
             .sum()
     }

@@ -1,8 +1,12 @@
 //! The whole of a scene.
 
+use std::path::PathBuf;
+
 use serde::{Deserialize, Serialize};
 
-use crate::{Body, BodyContact, Cut, Gravity, Integration, Observe, Pictures, Support, Tool};
+use crate::{
+    Body, BodyContact, Cut, Gravity, Integration, Observe, Pictures, Shape, Support, Tool,
+};
 
 /// The version of the scene format.
 pub const VERSION: u32 = 1;
@@ -66,6 +70,25 @@ impl Scene {
             observe: Observe::default(),
             pictures: None,
         }
+    }
+
+    /// Files that it names: meshes, images and points.
+    pub fn files_mut(&mut self) -> impl Iterator<Item = &mut PathBuf> {
+        let bodies = self.bodies.iter_mut().flat_map(|body| {
+            let mesh = match &mut body.shape {
+                Shape::Mesh { file, .. } => Some(file),
+                _ => None,
+            };
+            let surfels = &mut body.surfels;
+            let images = [&mut surfels.image, &mut surfels.cut_image].into_iter();
+            let images = images.flatten().map(|image| &mut image.file);
+            let points = surfels.points.as_mut().map(|points| &mut points.file);
+            mesh.into_iter().chain(images).chain(points)
+        });
+        let looks = self.tools.iter_mut().flat_map(|tool| &mut tool.looks);
+        let drawn = self.pictures.iter_mut();
+        let drawn = drawn.flat_map(|pictures| &mut pictures.meshes);
+        bodies.chain(looks.chain(drawn).map(|mesh| &mut mesh.file))
     }
 
     fn default_name() -> String {

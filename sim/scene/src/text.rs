@@ -25,6 +25,6 @@ pub use key_path::{KeyPath, Segment};
 pub use keys::{key_reference, schema};
 pub use mesh::for_mesh;
 pub use overrides::{Override, place_of, shortened};
-pub use read::{embedded, from_text, load, parse, read_settings, to_ron};
+pub use read::{embedded, from_text, load, read_settings, to_ron};
 pub use tree::Syntax;
-pub use values::Raw;
+pub use values::{Raw, parse};

@@ -148,10 +148,8 @@ fn costs(scene: &Scene) -> Result<Costs, RunError> {
     };
     let fixed = built + covered + cutting;
     // Steps of a given size do not shrink.
-    let load = integration
-        .scheme
-        .step()
-        .map_or_else(|| load(&world), |_| 0.0);
+    let step_given = integration.scheme.step();
+    let load = step_given.map_or_else(|| load(&world), |_| 0.0);
     let most_steps = (steps + settling_steps) * (1.0 + SHRINK_BY_LOAD * load);
     Ok(Costs {
         seconds: [steps, most_steps].map(|steps| fixed + a_step * steps),
@@ -206,27 +204,17 @@ fn parts(world: &mut World) -> Result<(Vec<PartCosts>, f64), RunError> {
         }
         world.step()?;
     }
-    let spent =
-        |world: &mut World, phase| 1e3 * world.phases().of(phase).seconds / f64::from(TIMED_STEPS);
     let mut parts: Vec<PartCosts> = Vec::new();
     for part in world.parts() {
-        let milliseconds = match part.phase {
-            Some(phase) => Some(spent(world, phase)),
-            None if part.bytes == 0 => Some(0.0),
-            None => None,
-        };
+        let spent = part.phase.map(|phase| world.phases().of(phase).seconds);
+        let spent = spent.map(|seconds| 1e3 * seconds / f64::from(TIMED_STEPS));
         parts.push(PartCosts {
             name: part.name,
             bytes: part.bytes,
-            milliseconds,
+            milliseconds: spent.or((part.bytes == 0).then_some(0.0)),
         });
     }
-    let mut pictures = PartCosts {
-        name: "pictures",
-        bytes: 0,
-        milliseconds: Some(0.0),
-    };
-    let mut covered = 0.0;
+    let (mut bytes, mut milliseconds, mut covered) = (0, 0.0, 0.0);
     if let Some(spec) = &world.scene().pictures {
         let start = Instant::now();
         let mut painter = Painter::new(world, spec)?;
@@ -235,10 +223,14 @@ fn parts(world: &mut World) -> Result<(Vec<PartCosts>, f64), RunError> {
         painter.carry(world);
         painter.draw(world);
         let frames_per_step = spec.rate * world.step_size();
-        pictures.bytes = painter.bytes();
-        pictures.milliseconds = Some(1e3 * start.elapsed().as_secs_f64() * frames_per_step);
+        bytes = painter.bytes();
+        milliseconds = 1e3 * start.elapsed().as_secs_f64() * frames_per_step;
     }
-    parts.push(pictures);
+    parts.push(PartCosts {
+        name: "pictures",
+        bytes,
+        milliseconds: Some(milliseconds),
+    });
     Ok((parts, covered))
 }
 

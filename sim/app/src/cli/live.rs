@@ -57,11 +57,9 @@ pub(super) fn live(arguments: &LiveArguments) -> Result<(), CliError> {
         open(&url);
     }
     answer(server.urls());
+    let folder = || PathBuf::from("out").join(format!("{}-live", scene.name));
     let options = LiveOptions {
-        out: arguments
-            .out
-            .clone()
-            .unwrap_or_else(|| PathBuf::from("out").join(format!("{}-live", scene.name))),
+        out: arguments.out.clone().unwrap_or_else(folder),
         interrupt: Some(Interrupt::listen()),
     };
     let meshes = Box::new(move |file: &std::path::Path, scale: Option<f64>| {
@@ -100,15 +98,14 @@ fn answer(urls: impl Fn() -> Result<String, ServerError> + Send + 'static) {
 
 /// Opens an address in the browser; who has none reads it above.
 fn open(url: &str) {
-    let (program, first): (_, &[&str]) = if cfg!(target_os = "macos") {
-        ("open", &[])
+    let program = if cfg!(target_os = "macos") {
+        "open"
     } else if cfg!(target_os = "windows") {
-        ("explorer", &[])
+        "explorer"
     } else {
-        ("xdg-open", &[])
+        "xdg-open"
     };
     let _ = Command::new(program)
-        .args(first)
         .arg(url)
         .stdin(Stdio::null())
         .stdout(Stdio::null())

@@ -75,8 +75,6 @@ enum CliError {
     Scene(#[from] SceneError),
     #[error(transparent)]
     Source(#[from] source::SourceError),
-    #[error("{place}: {error}")]
-    Body { place: Place, error: Box<RunError> },
     #[error(transparent)]
     Run(#[from] RunError),
     #[error(transparent)]
@@ -101,7 +99,7 @@ enum CliError {
     #[error(transparent)]
     Sweep(#[from] SweepError),
     #[error("{place}: {error}")]
-    Planned { place: Place, error: Box<CliError> },
+    At { place: Place, error: Box<CliError> },
     #[error("case {number}: {error}; to run it again: --retry")]
     CaseFailed { number: usize, error: String },
     #[error("--case {number}: the plan has cases 1 to {cases}")]

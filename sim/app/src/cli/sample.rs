@@ -54,14 +54,11 @@ pub(super) struct SampleArguments {
 
 /// A refined ball from the command line.
 fn ball(text: &str) -> Result<Refinement, String> {
-    let numbers: Vec<f64> = text
-        .split(',')
-        .map(|word| {
-            word.trim()
-                .parse()
-                .map_err(|_| format!("`{word}` is not a number"))
-        })
-        .collect::<Result<_, _>>()?;
+    let number = |word: &str| {
+        let number = word.trim().parse();
+        number.map_err(|_| format!("`{word}` is not a number"))
+    };
+    let numbers: Vec<f64> = text.split(',').map(number).collect::<Result<_, _>>()?;
     let &[x, y, z, radius, factor] = numbers.as_slice() else {
         return Err(format!("five numbers are needed, found {}", numbers.len()));
     };
@@ -96,15 +93,29 @@ pub(super) fn sample(arguments: &SampleArguments) -> Result<(), CliError> {
         let stem = mesh.file_stem().unwrap_or(mesh.as_os_str());
         PathBuf::from(stem).with_extension("nodes.vtk")
     });
+    let (content, reports) = sampled(arguments, &out)?;
+    let folder = out.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let folder = OutputFolder::create(folder.unwrap_or(Path::new(".")))?;
+    let name = out.file_name().unwrap_or_default();
+    folder.write(name, &content)?;
+    if !arguments.quiet {
+        let name = printable(&out.display().to_string());
+        writeln!(io::stderr(), "{reports}{name}").map_err(CliError::Stderr)?;
+    }
+    Ok(())
+}
+
+/// What a file of nodes holds, and lines on the quality of the mesh and of the nodes.
+fn sampled(arguments: &SampleArguments, out: &Path) -> Result<(Vec<u8>, String), SampleProblem> {
     let ending = out.extension().map(|text| text.to_ascii_lowercase());
     let surface_only = match ending.as_deref().and_then(|text| text.to_str()) {
         Some("vtk") => false,
         Some("ply") => true,
-        _ => return Err(SampleProblem::Ending { file: out }.into()),
+        _ => return Err(SampleProblem::Ending { file: out.into() }),
     };
-    let scale = arguments.scale;
+    let (file, scale) = (arguments.mesh.clone(), arguments.scale);
     if !(scale.is_finite() && scale > 0.0) {
-        return Err(SampleProblem::Scale { scale }.into());
+        return Err(SampleProblem::Scale { scale });
     }
     let settings = SampleSettings {
         target: match arguments.spacing {
@@ -119,45 +130,27 @@ pub(super) fn sample(arguments: &SampleArguments) -> Result<(), CliError> {
         ..SampleSettings::default()
     };
     if arguments.points && surface_only {
-        return Err(SampleProblem::NoSurface.into());
+        return Err(SampleProblem::NoSurface);
     }
     let shape = Shape::Mesh {
-        file: mesh.clone(),
+        file: file.clone(),
         scale,
         up: Axis::Z,
         largest_hole: arguments.largest_hole,
     };
     let solid = shape.solid(&Placement::IDENTITY);
-    let (solid, mesh_report) = solid.map_err(SampleProblem::Mesh)?;
+    let (solid, mesh) = solid.map_err(SampleProblem::Mesh)?;
     let sampled = if arguments.points {
-        sample_points(&solid, &settings, true)
-            .map(|nodes| (nodes.to_vtk(), nodes.report.to_string()))
+        let nodes = sample_points(&solid, &settings, true);
+        nodes.map(|nodes| (nodes.to_vtk(), nodes.report.to_string()))
     } else {
         sample_tetrahedra(&solid, &settings).map(|nodes| {
-            let content = if surface_only {
-                ply_mesh(&nodes.surface().0)
-            } else {
-                nodes.to_vtk()
-            };
+            let surface = surface_only.then(|| ply_mesh(&nodes.surface().0));
+            let content = surface.unwrap_or_else(|| nodes.to_vtk());
             (content, nodes.report.to_string())
         })
     };
-    let (content, report) = sampled.map_err(|problem| SampleProblem::Nodes {
-        file: mesh.clone(),
-        problem,
-    })?;
-    let folder = out.parent().filter(|folder| !folder.as_os_str().is_empty());
-    let folder = OutputFolder::create(folder.unwrap_or(Path::new(".")))?;
-    let name = out.file_name().unwrap_or_default();
-    folder.write(name, &content)?;
-    if !arguments.quiet {
-        let mut terminal = io::stderr().lock();
-        if let Some(report) = mesh_report {
-            writeln!(terminal, "mesh: {report}").map_err(CliError::Stderr)?;
-        }
-        writeln!(terminal, "nodes: {report}").map_err(CliError::Stderr)?;
-        let name = printable(&out.display().to_string());
-        writeln!(terminal, "{name}").map_err(CliError::Stderr)?;
-    }
-    Ok(())
+    let (content, nodes) = sampled.map_err(|problem| SampleProblem::Nodes { file, problem })?;
+    let mesh = mesh.map_or(String::new(), |report| format!("mesh: {report}\n"));
+    Ok((content, format!("{mesh}nodes: {nodes}\n")))
 }

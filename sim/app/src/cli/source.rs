@@ -84,32 +84,26 @@ impl Source {
         };
         let index = scene.bodies.iter().position(|body| at_fault(&body.name));
         let body = format!("bodies[{}]", index.unwrap_or(0));
-        let place = match self {
+        let (text, syntax, origin) = match self {
             Self::Embedded(name) => {
                 let scene = EMBEDDED.iter().find(|scene| scene.name == name);
-                let text = scene.map_or("", |scene| scene.text);
-                place_of(
-                    &body,
-                    text,
-                    Syntax::Ron,
-                    &format!("scene '{name}'"),
-                    overrides,
-                )
+                let text = scene.map_or("", |scene| scene.text).to_owned();
+                (text, Syntax::Ron, format!("scene '{name}'"))
             }
             Self::File(file) => {
                 // It was read before; if it is gone now, its name is all there is to tell.
                 let text = read_text(file).unwrap_or_default();
-                let origin = file.display().to_string();
-                place_of(&body, &text, Syntax::of(file), &origin, overrides)
+                (text, Syntax::of(file), file.display().to_string())
             }
             Self::Mesh(file) => {
                 let origin = format!("default scene of {}", file.display());
-                place_of(&body, "", Syntax::Ron, &origin, &[])
+                (String::new(), Syntax::Ron, origin)
             }
         };
-        CliError::Body {
+        let place = place_of(&body, &text, syntax, &origin, overrides);
+        CliError::At {
             place,
-            error: Box::new(error),
+            error: Box::new(error.into()),
         }
     }
 

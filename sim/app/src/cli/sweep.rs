@@ -91,18 +91,16 @@ pub(super) fn sweep(arguments: &SweepArguments) -> Result<(), CliError> {
 /// The plan's scene with the changes that all cases share.
 fn scene(plan: &Plan) -> Result<Scene, CliError> {
     let source = Source::of(Some(plan.scene.as_os_str()));
-    let scene = source
-        .map_err(CliError::from)
-        .and_then(|source| source.scene(&plan.set));
-    scene
-        .map(|(scene, _)| scene)
-        .map_err(|error| CliError::Planned {
-            place: match &error {
-                CliError::Scene(error) => place_of(plan, Some(error)),
-                _ => place_of(plan, None),
-            },
-            error: Box::new(error),
-        })
+    let scene = source.map_err(CliError::from);
+    let scene = scene.and_then(|source| source.scene(&plan.set));
+    let scene = scene.map_err(|error| CliError::At {
+        place: match &error {
+            CliError::Scene(error) => place_of(plan, Some(error)),
+            _ => place_of(plan, None),
+        },
+        error: Box::new(error),
+    });
+    Ok(scene?.0)
 }
 
 fn tell(arguments: &SweepArguments, line: &str) -> Result<(), CliError> {
@@ -197,22 +195,21 @@ fn run_all(arguments: &SweepArguments, cases: &[Case], out: &Path) -> Result<Tal
         interrupt: Interrupt::listen(),
     };
     let told = |outcome: &Outcome, left: usize| {
-        let how = outcome
+        let failed = outcome
             .error
             .as_deref()
-            .map_or_else(|| "ended".to_owned(), |error| format!("failed: {error}"));
+            .map(|error| format!("failed: {error}"));
+        let how = failed.unwrap_or_else(|| "ended".to_owned());
+        let line = format!("case {} {how}; {left} left", outcome.case);
         // Who does not listen does not keep a case from ending.
-        let _ = tell(
-            arguments,
-            &format!("case {} {how}; {left} left", outcome.case),
-        );
+        let _ = tell(arguments, &line);
     };
     let tally = run_cases(cases, out, &options, &told)?;
     let line = format!(
         "{} cases: {} finished before, {} now, {} failed of all; for tables: --collect",
         cases.len(),
         tally.before,
-        tally.run.len(),
+        tally.run,
         tally.failed.len()
     );
     tell(arguments, &line)?;

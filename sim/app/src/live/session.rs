@@ -179,14 +179,12 @@ impl Session {
     }
 
     /// Path length (m) of a blade between two captures.
-    #[must_use]
-    pub fn capture(&self) -> f64 {
+    pub(crate) fn capture(&self) -> f64 {
         CAPTURE * self.spacing()
     }
 
     /// Smallest distance (m) of nodes of all bodies.
-    #[must_use]
-    pub fn spacing(&self) -> f64 {
+    pub(crate) fn spacing(&self) -> f64 {
         let bodies = self.world.bodies().iter();
         bodies
             .map(|body| body.spacing)
@@ -266,8 +264,7 @@ impl Session {
     }
 
     /// Whether there is a cut that surfaces do not show yet.
-    #[must_use]
-    pub fn surfaces_lag(&self) -> bool {
+    pub(crate) fn surfaces_lag(&self) -> bool {
         !self.lagging.is_empty() || self.world.has_new_pieces()
     }
 
@@ -423,10 +420,8 @@ impl Session {
         integration.duration = self.world.scene_time().unwrap_or(0.0);
         if self.is_settling() {
             let time = Some(self.world.time()).filter(|&time| time > 0.0);
-            integration.settle = integration
-                .settle
-                .zip(time)
-                .map(|(settle, limit)| Settle { limit, ..settle });
+            let settle = integration.settle.zip(time);
+            integration.settle = settle.map(|(settle, limit)| Settle { limit, ..settle });
         }
         let duration = integration.duration;
         // Paths that nothing follows must end with the scene, too.

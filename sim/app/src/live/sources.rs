@@ -34,8 +34,7 @@ impl Sources {
     }
 
     /// Names and summaries.
-    #[must_use]
-    pub fn names(&self) -> Vec<[String; 2]> {
+    pub(super) fn names(&self) -> Vec<[String; 2]> {
         let own = self.own.iter().map(|(scene, _)| scene);
         let own = own.map(|scene| [scene.name.clone(), scene.description.clone()]);
         let is_new = |name: &str| self.own.iter().all(|(scene, _)| scene.name != name);
@@ -49,10 +48,7 @@ impl Sources {
     }
 
     /// The scene of a name.
-    ///
-    /// # Errors
-    /// [`SceneError`] if there is none.
-    pub fn scene(&self, name: &str) -> Result<Scene, SceneError> {
+    pub(super) fn scene(&self, name: &str) -> Result<Scene, SceneError> {
         match self.find(name) {
             Some((scene, _)) => Ok(scene.clone()),
             None => phyxel_scene::embedded(name, &[]),
@@ -60,10 +56,7 @@ impl Sources {
     }
 
     /// The default scene of a mesh file, which can be asked for from now on; as [`MeshReader`].
-    ///
-    /// # Errors
-    /// Words for people.
-    pub fn take_mesh(
+    pub(super) fn take_mesh(
         &mut self,
         file: &Path,
         scale: Option<f64>,
@@ -76,8 +69,7 @@ impl Sources {
     }
 
     /// The mesh file that the scene of a name was made for.
-    #[must_use]
-    pub fn mesh_of(&self, name: &str) -> Option<&Path> {
+    pub(super) fn mesh_of(&self, name: &str) -> Option<&Path> {
         self.find(name)?.1.as_deref()
     }
 }

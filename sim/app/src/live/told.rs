@@ -39,28 +39,11 @@ pub(super) fn scene_of(
 ) -> SceneInfo {
     let (world, painter) = (session.world(), session.painter());
     let bounds = bounds_of(world);
-    let pictures = base.pictures.as_ref();
-    let view = match pictures.map(|pictures| pictures.view).unwrap_or_default() {
-        View::Around {
-            azimuth,
-            elevation,
-            zoom,
-            ..
-        } => [azimuth, elevation, zoom],
-        View::Explicit { eye, target, .. } => {
-            let from = eye - target;
-            let azimuth = from.x.atan2(-from.y).to_degrees();
-            let elevation = from.z.atan2(from.x.hypot(from.y)).to_degrees();
-            [azimuth, elevation, 1.0]
-        }
-    };
     let settings = painter.settings();
     let bodies = world.bodies().iter().zip(painter.skins());
     let bodies = bodies.map(|(body, skin)| {
-        let surfaces = skin
-            .surfaces
-            .iter()
-            .map(|s| [s.specular, s.shininess, s.relief, s.relief_frequency]);
+        let surfaces = skin.surfaces.iter();
+        let surfaces = surfaces.map(|s| [s.specular, s.shininess, s.relief, s.relief_frequency]);
         BodyInfo {
             name: body.name.clone(),
             nodes: body.rest.len(),
@@ -77,7 +60,7 @@ pub(super) fn scene_of(
         scenes: sources.names(),
         low: bounds.min.to_array(),
         high: bounds.max.to_array(),
-        view,
+        view: view_of(base),
         bodies: bodies.collect(),
         tools: world.scene().tools.iter().map(tool_of).collect(),
         values: values_of(session),
@@ -93,6 +76,25 @@ pub(super) fn scene_of(
             "cut"
         },
         unit: sources.mesh_of(&base.name).and_then(|_| unit_of(base)),
+    }
+}
+
+/// Azimuth, elevation (degrees) and zoom of the scene's camera.
+fn view_of(scene: &Scene) -> [f64; 3] {
+    let pictures = scene.pictures.as_ref();
+    match pictures.map(|pictures| pictures.view).unwrap_or_default() {
+        View::Around {
+            azimuth,
+            elevation,
+            zoom,
+            ..
+        } => [azimuth, elevation, zoom],
+        View::Explicit { eye, target, .. } => {
+            let from = eye - target;
+            let azimuth = from.x.atan2(-from.y).to_degrees();
+            let elevation = from.z.atan2(from.x.hypot(from.y)).to_degrees();
+            [azimuth, elevation, 1.0]
+        }
     }
 }
 

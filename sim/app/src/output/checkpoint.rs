@@ -69,10 +69,7 @@ pub enum CheckpointError {
 }
 
 /// Writes a checkpoint as the file `name` of `folder`; the one before stays until this is whole.
-///
-/// # Errors
-/// [`OutputError::File`].
-pub fn write_checkpoint<S: Serialize>(
+pub(crate) fn write_checkpoint<S: Serialize>(
     folder: &OutputFolder,
     name: &str,
     scene: &Scene,
@@ -200,9 +197,7 @@ mod tests {
         let bytes = packed([b"9.9.9", text.as_bytes(), &[]]);
         fs::write(&file, bytes).expect("it can be written");
         let error = read_checkpoint::<Vec<u64>>(&file, &[]).expect_err("another program");
-        assert!(
-            error.to_string().contains("written by phyxel 9.9.9"),
-            "{error}"
-        );
+        let told = error.to_string();
+        assert!(told.contains("written by phyxel 9.9.9"), "{told}");
     }
 }

@@ -217,10 +217,7 @@ impl OutputFolder {
     }
 
     /// Removes a file, if it is there.
-    ///
-    /// # Errors
-    /// [`OutputError::File`] if it stays.
-    pub fn remove(&self, name: &str) -> Result<(), OutputError> {
+    pub(crate) fn remove(&self, name: &str) -> Result<(), OutputError> {
         let file = self.path.join(name);
         match fs::remove_file(&file) {
             Err(source) if source.kind() != io::ErrorKind::NotFound => {
@@ -232,10 +229,7 @@ impl OutputFolder {
 
     /// A folder inside, without the files of an earlier run: those whose names begin with `prefix`
     /// and end with `suffix` are removed, but for those in `kept`; others stay.
-    ///
-    /// # Errors
-    /// As [`OutputFolder::create`], and [`OutputError::File`] if an old file cannot be removed.
-    pub fn fresh_subfolder(
+    pub(crate) fn fresh_subfolder(
         &self,
         name: &str,
         prefix: &str,
@@ -249,10 +243,7 @@ impl OutputFolder {
     }
 
     /// Removes the files whose names begin with `prefix` and end with `suffix`, but for those in `kept`.
-    ///
-    /// # Errors
-    /// [`OutputError::Folder`] if the folder cannot be read, [`OutputError::File`] if a file stays.
-    pub fn remove_named(
+    pub(crate) fn remove_named(
         &self,
         prefix: &str,
         suffix: &str,
@@ -344,36 +335,20 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_that_stays_empty_is_removed_with_those_above_it() {
-        let root = tempfile::tempdir().expect("a temporary folder");
-        drop(OutputFolder::create(&root.path().join("a/b/c")).expect("it can be made"));
-        assert!(names(root.path()).is_empty(), "{:?}", names(root.path()));
-        let folder = OutputFolder::create(&root.path().join("a/b")).expect("it can be made");
-        folder.write("kept", b"").expect("it can be written");
-        drop(folder);
-        assert_eq!(names(&root.path().join("a/b")), ["kept"]);
-        drop(OutputFolder::create(&root.path().join("a/b")).expect("it is there"));
-        assert_eq!(names(&root.path().join("a/b")), ["kept"]);
-    }
-
-    #[test]
     fn an_earlier_runs_frames_go_and_the_rest_stays() {
         let root = tempfile::tempdir().expect("a temporary folder");
         let folder = OutputFolder::create(root.path()).expect("it is there");
-        let frames = folder
-            .fresh_subfolder("frames", "frame-", ".png", &[])
-            .expect("it can be made");
-        frames.write("frame-0001.png", b"old").expect("written");
-        frames.write("frame-0002.png", b"old").expect("written");
-        frames.write("mine.png", b"kept").expect("written");
-        let frames = folder
-            .fresh_subfolder("frames", "frame-", ".png", &["frame-0001.png".to_owned()])
-            .expect("it is there");
-        assert_eq!(names(frames.path()), ["frame-0001.png", "mine.png"]);
-        let frames = folder
-            .fresh_subfolder("frames", "frame-", ".png", &[])
-            .expect("it is there");
-        assert_eq!(names(frames.path()), ["mine.png"]);
+        let fresh = |kept: &[String]| {
+            let frames = folder.fresh_subfolder("frames", "frame-", ".png", kept);
+            frames.expect("it can be made")
+        };
+        let frames = fresh(&[]);
+        for name in ["frame-0001.png", "frame-0002.png", "mine.png"] {
+            frames.write(name, b"old").expect("written");
+        }
+        let kept = fresh(&["frame-0001.png".to_owned()]);
+        assert_eq!(names(kept.path()), ["frame-0001.png", "mine.png"]);
+        assert_eq!(names(fresh(&[]).path()), ["mine.png"]);
     }
 
     #[test]
@@ -392,23 +367,5 @@ mod tests {
         drop(first);
         assert_eq!(names(&path), ["x.txt"]);
         OutputFolder::claim(&path).expect("it is free again");
-    }
-
-    #[test]
-    fn a_file_in_the_way_is_an_error_that_names_it() {
-        let root = tempfile::tempdir().expect("a temporary folder");
-        let file = root.path().join("out");
-        fs::write(&file, b"").unwrap();
-        for path in [file.clone(), file.join("deeper")] {
-            let error = OutputFolder::create(&path).expect_err("a file is in the way");
-            let text = error.to_string();
-            assert!(text.contains(&path.display().to_string()), "{text}");
-            assert!(text.contains("--out"), "{text}");
-        }
-        let error = OutputFolder::create(root.path())
-            .expect("it is there")
-            .write("no/such/folder", b"")
-            .expect_err("the folder is missing");
-        assert!(error.to_string().starts_with("cannot write"), "{error}");
     }
 }

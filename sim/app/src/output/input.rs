@@ -69,8 +69,7 @@ enum Kind {
 }
 
 /// The rows of `inputs`.
-#[must_use]
-pub fn input_csv(scene: &Scene, inputs: &[Input]) -> Vec<u8> {
+pub(crate) fn input_csv(scene: &Scene, inputs: &[Input]) -> Vec<u8> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     for row in inputs.iter().flat_map(|input| rows(scene, input)) {
         // Writing into memory cannot fail.
@@ -164,41 +163,28 @@ fn add(scene: &Scene, inputs: &mut Vec<Input>, row: Row) -> Result<(), String> {
         return Err(format!("step {step} comes after step {}", last.step));
     }
     let action = match row.kind {
-        Kind::Tool => {
-            let tool = index_of("tool", &row.name, scene.tools.iter().map(|t| &*t.name))?;
-            let (Some(x), Some(y), Some(z), Some(w)) = (row.qx, row.qy, row.qz, row.qw) else {
-                return Err("a tool needs its rotation: qx, qy, qz and qw".to_owned());
-            };
-            let rotation = DQuat::from_xyzw(x, y, z, w);
-            if (rotation.length() - 1.0).abs() > 1e-6 {
-                return Err("qx, qy, qz and qw must be of unit length together".to_owned());
-            }
-            let position = place;
-            let pose = Pose { rotation, position };
-            Action::Tool { tool, pose }
-        }
+        Kind::Tool => tool_action(scene, &row, place)?,
         Kind::Blade => {
             let cut = index_of("cut", &row.name, scene.cuts.iter().map(|c| &*c.name))?;
             let Some(phase) = row.phase else {
                 return Err("a blade needs a phase: Start, Update or End".to_owned());
             };
+            let point = row.point;
             let last = inputs.last_mut().filter(|last| last.step == step);
             match last.map(|last| &mut last.action) {
                 Some(Action::Blade {
                     cut: same, edge, ..
-                }) if *same == cut && edge.len() == row.point => {
+                }) if *same == cut && edge.len() == point => {
                     edge.push(place);
                     return Ok(());
                 }
-                _ if row.point == 0 => {
+                _ if point == 0 => {
                     let edge = vec![place];
                     Action::Blade { cut, phase, edge }
                 }
                 _ => {
-                    let point = row.point;
-                    return Err(format!(
-                        "point {point} of an edge must follow the point before it"
-                    ));
+                    let must = "must follow the point before it";
+                    return Err(format!("point {point} of an edge {must}"));
                 }
             }
         }
@@ -219,6 +205,19 @@ fn add(scene: &Scene, inputs: &mut Vec<Input>, row: Row) -> Result<(), String> {
     };
     inputs.push(Input { step, action });
     Ok(())
+}
+
+fn tool_action(scene: &Scene, row: &Row, position: DVec3) -> Result<Action, String> {
+    let tool = index_of("tool", &row.name, scene.tools.iter().map(|t| &*t.name))?;
+    let (Some(x), Some(y), Some(z), Some(w)) = (row.qx, row.qy, row.qz, row.qw) else {
+        return Err("a tool needs its rotation: qx, qy, qz and qw".to_owned());
+    };
+    let rotation = DQuat::from_xyzw(x, y, z, w);
+    if (rotation.length() - 1.0).abs() > 1e-6 {
+        return Err("qx, qy, qz and qw must be of unit length together".to_owned());
+    }
+    let pose = Pose { rotation, position };
+    Ok(Action::Tool { tool, pose })
 }
 
 fn index_of<'a>(

@@ -9,15 +9,14 @@ use crate::cli::printable;
 
 /// A progress bar over simulated time, on stderr, if that is a terminal.
 #[derive(Debug)]
-pub struct Progress {
+pub(crate) struct Progress {
     bar: ProgressBar,
     quiet: bool,
 }
 
 impl Progress {
     /// A bar that is hidden if `quiet` or if stderr is no terminal.
-    #[must_use]
-    pub fn new(quiet: bool) -> Self {
+    pub(crate) fn new(quiet: bool) -> Self {
         let target = if quiet || !std::io::stderr().is_terminal() {
             ProgressDrawTarget::hidden()
         } else {
@@ -36,12 +35,12 @@ impl Progress {
     const PARTS: u64 = 10_000;
 
     /// Names the phase that runs now.
-    pub fn phase(&self, name: &'static str) {
+    pub(crate) fn phase(&self, name: &'static str) {
         self.bar.set_prefix(name);
     }
 
     /// Shows how much of the work is done, from 0 to 1.
-    pub fn set(&self, fraction: f64) {
+    pub(crate) fn set(&self, fraction: f64) {
         let parts = fraction.clamp(0.0, 1.0) * 10_000.0;
         #[allow(
             clippy::cast_possible_truncation,
@@ -51,12 +50,12 @@ impl Progress {
     }
 
     /// Shows a few words beside the bar.
-    pub fn message(&self, text: String) {
+    pub(crate) fn message(&self, text: String) {
         self.bar.set_message(text);
     }
 
     /// Writes a warning on stderr, above the bar; nothing if `quiet`.
-    pub fn warn(&self, text: &str) {
+    pub(crate) fn warn(&self, text: &str) {
         if self.quiet {
             return;
         }

@@ -1,10 +1,16 @@
 //! What is drawn instead of surfaces, or beside them, to look into a model.
 
 use glam::{DVec3, Vec3};
+use phyxel::scene::{Cut, Show};
+use phyxel::{Body, World};
+use phyxel_enrich::Factors;
 use phyxel_mls::Neighborhoods;
-use phyxel_splat::{Binding, ColorScale, DrawnMesh, Splats};
+use phyxel_splat::{ColorScale, DrawnMesh, DrawnTissue};
 
 use super::markers::Markers;
+
+/// Pieces into which the path of a blade is divided.
+const PIECES: u32 = 64;
 
 /// Half the width of a node's mark and of a line, in node spacings.
 const MARK: f64 = 0.12;
@@ -22,12 +28,77 @@ const RED: Vec3 = Vec3::new(0.6, 0.05, 0.05);
 const BLUE: Vec3 = Vec3::new(0.05, 0.12, 0.5);
 const GREEN: Vec3 = Vec3::new(0.02, 0.3, 0.05);
 
+/// Values of a lattice.
+const LATTICE: ColorScale = ColorScale {
+    low: -1.0,
+    high: 1.0,
+};
+
+/// Whether the surfaces are drawn too.
+pub(super) fn has_surface(show: Show) -> bool {
+    matches!(show, Show::Surface | Show::Normals { .. } | Show::BladePath)
+}
+
+/// Meshes of what is to be shown of a body.
+pub(super) fn meshes(show: Show, body: &Body, skin: &DrawnTissue) -> Vec<DrawnMesh> {
+    match show {
+        Show::Surface | Show::BladePath => Vec::new(),
+        Show::Neighbors { node } => {
+            let nodes = body.smoothed_positions();
+            let weights = &body.stencils.weights;
+            drawn_pairs(&nodes, &body.neighborhoods, weights, body.spacing, node)
+        }
+        Show::Lattice => lattices(body),
+        Show::Normals { length } => {
+            let (splats, mut lines) = (skin.splats(), Markers::default());
+            for (&from, normal) in splats.positions.iter().zip(&splats.normals) {
+                lines.line(from, from + length * *normal, 0.03 * length);
+            }
+            vec![lines.colored(GREEN)]
+        }
+        Show::Binding { surfel } => drawn_binding(body, skin, surfel as usize),
+    }
+}
+
+/// The colours of a lattice's values, and what they say.
+pub(super) fn legend(show: Show) -> Option<(ColorScale, &'static str)> {
+    matches!(show, Show::Lattice).then_some((LATTICE, "phi"))
+}
+
+/// Points of the lattices of a body's cuts where they lie in the material, coloured by φ.
+fn lattices(body: &Body) -> Vec<DrawnMesh> {
+    let factors = body.cutting.iter().map(|cutting| &cutting.factors);
+    let lattices = factors.flat_map(Factors::lattices).map(|grid| {
+        let point = move |k: usize| (grid.lattice_point(k), grid.values()[k].phi);
+        (grid.size(), point)
+    });
+    drawn_lattices(lattices, body.spacing)
+}
+
+/// The paths of all blades' edges in the world up to now, as nets of lines.
+pub(super) fn blade_paths(world: &World) -> Vec<DrawnMesh> {
+    let Some(now) = world.scene_time() else {
+        return Vec::new();
+    };
+    let begun = world.scene().cuts.iter().filter(|cut| cut.start() <= now);
+    begun.map(|cut| blade_path(cut, now)).collect()
+}
+
+fn blade_path(cut: &Cut, now: f64) -> DrawnMesh {
+    let end = cut.end().min(now);
+    let edges = (0..=PIECES).map(|piece| {
+        let share = f64::from(piece) / f64::from(PIECES);
+        cut.edge_at(cut.start() + share * (end - cut.start()))
+    });
+    drawn_sweep(&edges.collect::<Vec<_>>())
+}
+
 /// Nodes (m), `spacing` (m) apart, as marks and, as lines, the pairs of a graph that they see, by `weights` that are 0 for
 /// severed ones; of `only` one node if it is given, which then stands among small marks of all others.
 ///
 /// # Panics
 /// If the graph is of fewer nodes or has more pairs.
-pub(super) fn drawn_pairs(
+fn drawn_pairs(
     nodes: &[DVec3],
     graph: &Neighborhoods,
     weights: &[f64],
@@ -60,30 +131,16 @@ pub(super) fn drawn_pairs(
     vec![marks.colored(RED), lines.colored(BLUE), dots(others, mark)]
 }
 
-/// Normals of splats, as lines of a `length` (m).
-pub(super) fn drawn_normals(splats: &Splats, length: f64) -> DrawnMesh {
-    let mut lines = Markers::default();
-    for (&from, normal) in splats.positions.iter().zip(&splats.normals) {
-        lines.line(from, from + length * *normal, 0.03 * length);
-    }
-    lines.colored(GREEN)
-}
-
-/// A surfel at a position (m) and, as lines as thick as their weights, the nodes that carry it, among all `nodes` (m),
-/// which lie `spacing` (m) apart.
-///
-/// # Panics
-/// If the binding has no such surfel, or there are fewer nodes than it names.
-pub(super) fn drawn_binding(
-    binding: &Binding,
-    surfel: usize,
-    place: DVec3,
-    nodes: &[DVec3],
-    spacing: f64,
-) -> Vec<DrawnMesh> {
-    let (mark, line) = (MARK * spacing, LINE * spacing);
+/// A surfel and, as lines as thick as their weights, the nodes that carry it, among all of the body; nothing where there
+/// is no such surfel.
+fn drawn_binding(body: &Body, skin: &DrawnTissue, surfel: usize) -> Vec<DrawnMesh> {
+    let Some(&place) = skin.splats().positions.get(surfel) else {
+        return Vec::new();
+    };
+    let nodes = &body.smoothed_positions();
+    let (mark, line) = (MARK * body.spacing, LINE * body.spacing);
     let (mut marks, mut lines) = (Markers::default(), Markers::default());
-    let (bound, weights) = binding.row(surfel);
+    let (bound, weights) = skin.tissue.binding().row(surfel);
     for (&node, &weight) in bound.iter().zip(weights) {
         if weight > 0.0 {
             let to = nodes[node as usize];
@@ -114,9 +171,8 @@ fn dots(at: &[DVec3], mark: f64) -> DrawnMesh {
 /// Points of lattices, coloured by a value from -1 to 1: each has so many along x, y and z, and a function that gives
 /// position (m) and value of its k-th, x running fastest. Of many only every second is drawn, or every third and so
 /// on. They are of a model whose nodes lie `spacing` (m) apart; one mesh for each shade.
-pub(super) fn drawn_lattices<F: Fn(usize) -> (DVec3, f64)>(
+fn drawn_lattices<F: Fn(usize) -> (DVec3, f64)>(
     lattices: impl IntoIterator<Item = ([usize; 3], F)>,
-    scale: &ColorScale,
     spacing: f64,
 ) -> Vec<DrawnMesh> {
     let mut shades: Vec<Markers> = (0..SHADES).map(|_| Markers::default()).collect();
@@ -140,14 +196,14 @@ pub(super) fn drawn_lattices<F: Fn(usize) -> (DVec3, f64)>(
     let shades = (0_u32..).zip(shades);
     let meshes = shades.map(|(shade, marks)| {
         let value = 2.0 * f64::from(shade) / f64::from(SHADES - 1) - 1.0;
-        marks.colored(scale.color(value))
+        marks.colored(LATTICE.color(value))
     });
     meshes.collect()
 }
 
 /// The path of an edge (m) through positions that follow each other, as a net of lines: some of the edges, and the ways
 /// of their points.
-pub(super) fn drawn_sweep(edges: &[Vec<DVec3>]) -> DrawnMesh {
+fn drawn_sweep(edges: &[Vec<DVec3>]) -> DrawnMesh {
     let length = |edge: &[DVec3]| edge.windows(2).map(|ab| ab[0].distance(ab[1])).sum::<f64>();
     let width = EDGE_LINE * edges.first().map_or(0.0, |edge| length(edge));
     let mut shape = Markers::default();
@@ -189,16 +245,12 @@ mod tests {
 
     #[test]
     fn a_lattice_has_a_mark_for_each_point_in_the_shade_of_its_value() {
-        let scale = ColorScale {
-            low: -1.0,
-            high: 1.0,
-        };
         let few = |k: usize| (DVec3::ZERO, [-1.0, 0.0, 1.0][k]);
-        let meshes = drawn_lattices([([3, 1, 1], few)], &scale, 1.0);
+        let meshes = drawn_lattices([([3, 1, 1], few)], 1.0);
         let marks: Vec<usize> = meshes.iter().map(|mesh| mesh.triangles.len() / 8).collect();
         assert_eq!(marks, [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]);
         let many = ([100, 100, 100], |_| (DVec3::ZERO, 0.0));
-        let many = drawn_lattices([many], &scale, 1.0);
+        let many = drawn_lattices([many], 1.0);
         let marks: usize = many.iter().map(|mesh| mesh.triangles.len() / 8).sum();
         assert_eq!(marks, 25 * 25 * 25, "every fourth along each axis");
     }

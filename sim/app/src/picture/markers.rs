@@ -81,9 +81,7 @@ mod tests {
                 0.5 * (b - a).cross(c - a).length()
             })
             .sum();
-        assert!(
-            (sides - 3.0 * 3.0_f64.sqrt() * 0.1).abs() < 1e-12,
-            "{sides} m²"
-        );
+        let expected = 3.0 * 3.0_f64.sqrt() * 0.1;
+        assert!((sides - expected).abs() < 1e-12, "{sides} m²");
     }
 }

@@ -9,7 +9,6 @@ mod rigid;
 mod surfels;
 mod textured;
 mod tool;
-mod views;
 
 pub use error::{PictureError, SkinProblem};
 pub use surfels::surfels_on_solid;
@@ -82,13 +81,13 @@ impl Painter {
         let surfaces = surfaces.map(|own| if colored { plain.clone() } else { own });
         let images = skins.iter().flat_map(|skin| skin.images.iter().cloned());
         let images = images.filter(|_| !colored).collect();
-        let rigid = pictures.meshes.iter().map(rigid::read);
+        let rigid = pictures.meshes.iter().map(|mesh| rigid::read(mesh, 1.0));
         let rigid = rigid.collect::<Result<Vec<_>, _>>()?;
         let looks = scene.tools.iter().map(|tool| {
-            let looks = tool.looks.as_ref().map(rigid::read).transpose()?;
-            Ok(looks.map(|mesh| rigid::scaled(mesh, tool.scale)))
+            let looks = tool.looks.as_ref();
+            looks.map(|mesh| rigid::read(mesh, tool.scale)).transpose()
         });
-        let looks = looks.collect::<Result<Vec<_>, PictureError>>()?;
+        let looks = looks.collect::<Result<Vec<_>, _>>()?;
         let renderer = Renderer::new(RenderSettings {
             width: pictures.width,
             height: pictures.height,
@@ -137,12 +136,6 @@ impl Painter {
         });
     }
 
-    /// Where it draws from.
-    #[must_use]
-    pub fn camera(&self) -> Camera {
-        self.camera
-    }
-
     /// Heap bytes of the surfels, as they are and as they are drawn.
     #[must_use]
     pub fn bytes(&self) -> usize {
@@ -161,13 +154,12 @@ impl Painter {
     }
 
     /// Number of frames drawn.
-    #[must_use]
-    pub fn frames(&self) -> usize {
+    pub(crate) fn frames(&self) -> usize {
         self.frames
     }
 
     /// Counts frames from `frames` on, as a resumed run does.
-    pub fn set_frames(&mut self, frames: usize) {
+    pub(crate) fn set_frames(&mut self, frames: usize) {
         self.frames = frames;
     }
 
@@ -207,10 +199,8 @@ impl Painter {
     /// Moves the surfels to where the bodies are.
     pub fn carry(&mut self, world: &World) {
         for (skin, body) in self.skins.iter_mut().zip(world.bodies()) {
-            skin.carry(
-                &body.smoothed_positions(),
-                &body.elastic.deformation_gradients(),
-            );
+            let gradients = body.elastic.deformation_gradients();
+            skin.carry(&body.smoothed_positions(), &gradients);
             if let Some((scale, _)) = coloring::legend(self.coloring) {
                 skin.colors = coloring::colors(self.coloring, &scale, skin, body);
             }
@@ -228,17 +218,17 @@ impl Painter {
             meshes
         };
         for (skin, body) in self.skins.iter().zip(world.bodies()) {
-            meshes.extend(views::meshes(self.show, body, skin));
+            meshes.extend(inspect::meshes(self.show, body, skin));
         }
         if self.show == Show::BladePath {
-            meshes.extend(views::blade_paths(world));
+            meshes.extend(inspect::blade_paths(world));
         }
         let mut frame = match &self.skins[..] {
-            [only] if self.splat_scale >= 1.0 && views::has_surface(self.show) => {
+            [only] if self.splat_scale >= 1.0 && inspect::has_surface(self.show) => {
                 self.renderer.draw(&only.view(), &meshes, &self.camera)
             }
             skins => {
-                let shown = skins.iter().filter(|_| views::has_surface(self.show));
+                let shown = skins.iter().filter(|_| inspect::has_surface(self.show));
                 let mut all = MergedSplats::of(
                     shown.map(|skin| (skin.view(), skin.surfaces.len(), skin.images.len())),
                 );
@@ -246,7 +236,7 @@ impl Painter {
                 self.renderer.draw(&all.view(), &meshes, &self.camera)
             }
         };
-        let legends = [coloring::legend(self.coloring), views::legend(self.show)];
+        let legends = [coloring::legend(self.coloring), inspect::legend(self.show)];
         if let Some((scale, title)) = legends.into_iter().flatten().next() {
             Overlay::new(&mut frame).legend(&scale, title);
         }
@@ -275,11 +265,9 @@ fn skin_of(body: &Body, description: &scene::Body, share: f64) -> Result<DrawnTi
             ..tissue_of(spec)
         },
     )?;
-    let texture = TissueTexture::in_colors(
-        linear_color(spec.color),
-        linear_color(spec.cut_color),
-        body.solid.bounds().size().max_element(),
-    );
+    let [color, cut_color] = [spec.color, spec.cut_color].map(linear_color);
+    let size = body.solid.bounds().size().max_element();
+    let texture = TissueTexture::in_colors(color, cut_color, size);
     let mut surfaces = texture.surfaces();
     for (surface, image) in surfaces.iter_mut().zip([&spec.image, &spec.cut_image]) {
         if let Some(image) = image {

@@ -8,10 +8,11 @@ use phyxel::scene::{Pose, RigidMesh};
 /// Gloss of dry surfaces, as that of a surface that says nothing of it.
 const SPECULAR: f32 = 0.35;
 
-/// The mesh of a file, placed and coloured.
-pub(super) fn read(spec: &RigidMesh) -> Result<DrawnMesh, ReadError> {
+/// The mesh of a file, placed, at a scale, and coloured.
+pub(super) fn read(spec: &RigidMesh, scale: f64) -> Result<DrawnMesh, ReadError> {
     let mut mesh = read_mesh(&spec.file)?.mesh;
     spec.placement().place(&mut mesh.vertices);
+    mesh.vertices.iter_mut().for_each(|vertex| *vertex *= scale);
     Ok(DrawnMesh {
         color: linear_color(spec.color),
         specular: SPECULAR,
@@ -20,13 +21,7 @@ pub(super) fn read(spec: &RigidMesh) -> Result<DrawnMesh, ReadError> {
     })
 }
 
-/// The same at a scale.
-pub(super) fn scaled(mut mesh: DrawnMesh, scale: f64) -> DrawnMesh {
-    mesh.vertices.iter_mut().for_each(|vertex| *vertex *= scale);
-    mesh
-}
-
-/// The same where a pose has it.
+/// A mesh where a pose has it.
 pub(super) fn posed(mesh: &DrawnMesh, pose: &Pose) -> DrawnMesh {
     DrawnMesh {
         vertices: mesh.vertices.iter().map(|&v| pose.apply(v)).collect(),

@@ -177,17 +177,11 @@ mod tests {
             }
         }
         std::fs::write(&file, plain)?;
-        let refused = Textured::read(&file);
-        assert!(
-            matches!(refused, Err(SkinProblem::NoTexture(_))),
-            "no images"
-        );
+        let no_images = Textured::read(&file);
+        assert!(matches!(no_images, Err(SkinProblem::NoTexture(_))));
         std::fs::remove_file(folder.path().join("my own.mtl"))?;
-        let refused = Textured::read(&file);
-        assert!(
-            matches!(refused, Err(SkinProblem::Texture { .. })),
-            "no materials"
-        );
+        let no_materials = Textured::read(&file);
+        assert!(matches!(no_materials, Err(SkinProblem::Texture { .. })));
         Ok(())
     }
 }

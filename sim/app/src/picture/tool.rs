@@ -53,12 +53,9 @@ fn blades(world: &World) -> Vec<DrawnMesh> {
     let Some(time) = world.scene_time() else {
         return Vec::new();
     };
-    world
-        .scene()
-        .cuts
-        .iter()
-        .filter(|cut| (cut.start() - SHOWN..=cut.end() + SHOWN).contains(&time))
-        .flat_map(|cut| knife(&cut.edge_at(time), edge_motion(cut, time)))
+    let is_shown = |cut: &&Cut| (cut.start() - SHOWN..=cut.end() + SHOWN).contains(&time);
+    let cuts = world.scene().cuts.iter().filter(is_shown);
+    cuts.flat_map(|cut| knife(&cut.edge_at(time), edge_motion(cut, time)))
         .collect()
 }
 

@@ -278,11 +278,9 @@ impl Run {
         };
         records.states.clear(&folder, &world)?;
         folder.write("scene.ron", phyxel_scene::to_ron(scene).as_bytes())?;
-        let movie = scene
-            .pictures
-            .as_ref()
-            .map(|pictures| Movie::new(&folder, pictures, movie))
-            .transpose()?;
+        let pictures = scene.pictures.as_ref();
+        let movie = pictures.map(|pictures| Movie::new(&folder, pictures, movie));
+        let movie = movie.transpose()?;
         Ok(Self {
             begun: Begun {
                 clock,
@@ -319,11 +317,8 @@ impl Run {
             files.extend(movie.finish(&self.folder)?);
             self.world.phases().add(Phase::Writing, start.elapsed());
         }
-        files.extend(self.records.states.write_last(
-            &self.folder,
-            &self.world,
-            self.painter.as_mut(),
-        )?);
+        let (states, painter) = (&self.records.states, self.painter.as_mut());
+        files.extend(states.write_last(&self.folder, &self.world, painter)?);
         files.extend([CHECKPOINT, "summary.json"].map(str::to_owned));
         let summary = ending::of(
             &mut self.world,
@@ -438,11 +433,9 @@ impl Run {
             let start = Instant::now();
             movie.add(&frame)?;
             self.world.phases().add(Phase::Writing, start.elapsed());
-            self.progress.message(format!(
-                "{:.2} s simulated, {} frames",
-                self.world.time(),
-                painter.frames()
-            ));
+            let (time, frames) = (self.world.time(), painter.frames());
+            self.progress
+                .message(format!("{time:.2} s simulated, {frames} frames"));
         }
         Ok(())
     }

@@ -136,11 +136,8 @@ impl Records {
         world: &World,
     ) -> Result<Vec<String>, OutputError> {
         let mut names = Vec::new();
-        let all = [
-            Some(&self.history),
-            self.tools.as_ref(),
-            self.between.as_ref(),
-        ];
+        let (tools, between) = (self.tools.as_ref(), self.between.as_ref());
+        let all = [Some(&self.history), tools, between];
         for (name, rows) in FILES.into_iter().zip(all) {
             if let Some(rows) = rows {
                 folder.write(name, rows.text().as_bytes())?;

@@ -3,7 +3,7 @@
 use std::fmt::{Display, Write};
 use std::path::Path;
 
-use super::summary::{BodySummary, CutSummary, Summary};
+use super::summary::{BodySummary, CutSummary, Summary, Timings};
 
 /// Strokes that get a line of their own; `summary.json` has all.
 const MOST_STROKES: usize = 8;
@@ -41,61 +41,11 @@ pub fn table(summary: &Summary, folder: &Path) -> String {
     if let Some(cuts) = &summary.cuts {
         add_cuts(&mut rows, cuts);
     }
-    for tool in &summary.tools {
-        let (name, largest, deepest) = (
-            &tool.name,
-            tool.largest_force,
-            1e3 * tool.deepest_penetration,
-        );
-        let (force, work) = (tool.force, tool.work);
-        let said = format!(
-            "{name}: at most {largest:.3} N and {deepest:.3} mm deep; {force:.3} N at the end; work on it {work:.3e} J"
-        );
-        rows.add("tool", said);
-    }
-    if let Some(contact) = &summary.contact {
-        let (force, energy, lost) = (contact.force, contact.energy, contact.dissipated);
-        let (area, depth) = (1e4 * contact.area, 1e3 * contact.penetration);
-        let offsets = contact.offset_work;
-        let said = format!(
-            "{force:.3} N on {area:.3} cm² and {depth:.3} mm deep at the end; {energy:.3e} J stored, friction took \
-             {lost:.3e} J, offsets did {offsets:.1e} J"
-        );
-        rows.add("contact", said);
-    }
-    if let Some(pictures) = &summary.pictures {
-        let (frames, width, height) = (pictures.frames, pictures.width, pictures.height);
-        let (surfels, skin) = (pictures.surfels, pictures.skin_surfels);
-        let said =
-            format!("{frames} frames of {width}x{height}, {surfels} surfels and {skin} of cuts");
-        rows.add("pictures", said);
-    }
+    add_touched(&mut rows, summary);
     for warning in &summary.warnings {
         rows.add("warning", warning);
     }
-    let timings = &summary.timings;
-    let (step, factor) = (timings.milliseconds_per_step, timings.real_time_factor);
-    let threads = timings.threads;
-    let said = format!(
-        "{step:.3} ms a step, {factor:.2} simulated seconds per second of stepping on \
-         {threads} threads"
-    );
-    rows.add("speed", said);
-    if let Some(latency) = &timings.update_to_step {
-        let (median, worst, count) = (latency.median, latency.worst, latency.count);
-        let said = format!(
-            "median {median:.2} ms, worst {worst:.2} ms from {count} updates to the first step with them"
-        );
-        rows.add("blade to step", said);
-    }
-    let said = format!("{:>10} {:>12} {:>10}", "total s", "ms a call", "calls");
-    rows.add("phase", said);
-    for phase in timings.phases.iter().filter(|phase| phase.calls > 0) {
-        let (seconds, call, calls) = (phase.seconds, phase.milliseconds_per_call, phase.calls);
-        let said = format!("{seconds:>10.3} {call:>12.3} {calls:>10}");
-        rows.add(phase.phase, said);
-    }
-    rows.add("whole run", format_args!("{:.1} s", timings.wall));
+    add_timings(&mut rows, &summary.timings);
     let (folder, files) = (folder.display(), summary.files.join(", "));
     rows.add("files", format_args!("{folder}: {files}"));
     rows.0
@@ -185,4 +135,58 @@ fn add_cuts(rows: &mut Rows, cuts: &CutSummary) {
         let said = format!("{lattices} lattices; {pairs} pairs without one, by Diffraction");
         rows.add("grids", said);
     }
+}
+
+/// Tools, contact and pictures.
+fn add_touched(rows: &mut Rows, summary: &Summary) {
+    for tool in &summary.tools {
+        let (name, force, work) = (&tool.name, tool.force, tool.work);
+        let (largest, deepest) = (tool.largest_force, 1e3 * tool.deepest_penetration);
+        let said = format!(
+            "{name}: at most {largest:.3} N and {deepest:.3} mm deep; {force:.3} N at the end; work on it {work:.3e} J"
+        );
+        rows.add("tool", said);
+    }
+    if let Some(contact) = &summary.contact {
+        let (force, energy, lost) = (contact.force, contact.energy, contact.dissipated);
+        let (area, depth) = (1e4 * contact.area, 1e3 * contact.penetration);
+        let offsets = contact.offset_work;
+        let said = format!(
+            "{force:.3} N on {area:.3} cm² and {depth:.3} mm deep at the end; {energy:.3e} J stored, friction took \
+             {lost:.3e} J, offsets did {offsets:.1e} J"
+        );
+        rows.add("contact", said);
+    }
+    if let Some(pictures) = &summary.pictures {
+        let (frames, width, height) = (pictures.frames, pictures.width, pictures.height);
+        let (surfels, skin) = (pictures.surfels, pictures.skin_surfels);
+        let said =
+            format!("{frames} frames of {width}x{height}, {surfels} surfels and {skin} of cuts");
+        rows.add("pictures", said);
+    }
+}
+
+fn add_timings(rows: &mut Rows, timings: &Timings) {
+    let (step, factor) = (timings.milliseconds_per_step, timings.real_time_factor);
+    let threads = timings.threads;
+    let said = format!(
+        "{step:.3} ms a step, {factor:.2} simulated seconds per second of stepping on \
+         {threads} threads"
+    );
+    rows.add("speed", said);
+    if let Some(latency) = &timings.update_to_step {
+        let (median, worst, count) = (latency.median, latency.worst, latency.count);
+        let said = format!(
+            "median {median:.2} ms, worst {worst:.2} ms from {count} updates to the first step with them"
+        );
+        rows.add("blade to step", said);
+    }
+    let said = format!("{:>10} {:>12} {:>10}", "total s", "ms a call", "calls");
+    rows.add("phase", said);
+    for phase in timings.phases.iter().filter(|phase| phase.calls > 0) {
+        let (seconds, call, calls) = (phase.seconds, phase.milliseconds_per_call, phase.calls);
+        let said = format!("{seconds:>10.3} {call:>12.3} {calls:>10}");
+        rows.add(phase.phase, said);
+    }
+    rows.add("whole run", format_args!("{:.1} s", timings.wall));
 }

@@ -136,10 +136,8 @@ fn write(
             Ok(())
         };
         let pressures = world.contact_pressures(index);
-        keep(
-            format!("{}.vtk", name(body)),
-            &vtk(body, pressures.as_deref()),
-        )?;
+        let state = vtk(body, pressures.as_deref());
+        keep(format!("{}.vtk", name(body)), &state)?;
         if let Some(painter) = &painter {
             let skin = &painter.skins()[index];
             let surfels = SurfaceSamples {

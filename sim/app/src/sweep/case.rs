@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use crate::output::{OutputError, OutputFolder};
+use phyxel::scene::Scene;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
@@ -135,16 +136,11 @@ pub(crate) fn write_cases(
 pub(super) struct CaseHashes(Mutex<Vec<(PathBuf, u64)>>);
 
 impl CaseHashes {
-    /// The hash of a case: of the program's version, of all that the case says, and of the files that this names.
-    pub(super) fn of<'a>(
-        &self,
-        version: &str,
-        text: &str,
-        files: impl IntoIterator<Item = &'a Path>,
-    ) -> String {
+    /// The hash of a case: of the program's version, of all that its scene says, and of the files that this names.
+    pub(super) fn of(&self, scene: &mut Scene) -> String {
         let mut hash = DefaultHasher::new();
-        (version, text).hash(&mut hash);
-        for file in files {
+        (env!("CARGO_PKG_VERSION"), &*phyxel_scene::to_ron(scene)).hash(&mut hash);
+        for file in scene.files_mut() {
             self.of_file(file).hash(&mut hash);
         }
         format!("{:016x}", hash.finish())

@@ -37,9 +37,7 @@ pub(crate) fn collect(
     cases: &[Case],
     folder: &OutputFolder,
 ) -> Result<String, SweepError> {
-    let rows = cases
-        .iter()
-        .filter_map(|case| row(plan, case, folder.path()));
+    let rows = cases.iter().flat_map(|case| row(plan, case, folder.path()));
     let rows: Vec<Row<'_>> = rows.collect();
     if rows.is_empty() {
         return Err(SweepError::Nothing(folder.path().to_owned()));
@@ -70,10 +68,10 @@ fn row<'a>(plan: &Plan, case: &'a Case, sweep: &Path) -> Option<Row<'a>> {
         warnings.map_or(0, Vec::len)
     });
     let result = |measure: &ResultColumn| match measure {
-        ResultColumn::Summary { path, .. } => summary
-            .as_ref()
-            .and_then(|summary| at_path(summary, path).ok())
-            .map_or(String::new(), text_of),
+        ResultColumn::Summary { path, .. } => {
+            let value = summary.as_ref().map(|summary| at_path(summary, path));
+            value.and_then(Result::ok).map_or(String::new(), text_of)
+        }
         ResultColumn::Largest {
             column, file, of, ..
         } => extreme(&folder.join(file), column, of.as_deref(), f64::max),
@@ -135,10 +133,8 @@ fn extreme(file: &Path, column: &str, of: Option<&str>, choose: fn(f64, f64) -> 
     let rows =
         records.filter(|row| of.is_none_or(|of| owner.and_then(|at| row.get(at)) == Some(of)));
     let numbers = rows.filter_map(|row| row.get(at?)?.parse::<f64>().ok());
-    numbers
-        .filter(|value| value.is_finite())
-        .reduce(choose)
-        .map_or(String::new(), number)
+    let numbers = numbers.filter(|value| value.is_finite());
+    numbers.reduce(choose).map_or(String::new(), number)
 }
 
 /// Every result must be somewhere, or it is misspelt.
@@ -157,13 +153,11 @@ fn demand(plan: &Plan, rows: &[Row<'_>]) -> Result<(), SweepError> {
                 let summary: Value = serde_json::from_slice(&text).unwrap_or_default();
                 let above = at_path(&summary, path).err().unwrap_or(KeyPath(Vec::new()));
                 let owner = at_path(&summary, &above.to_string()).unwrap_or(&summary);
-                let keys: Vec<&str> = owner.as_object().map_or(Vec::new(), |object| {
-                    object.keys().map(String::as_str).collect()
-                });
-                let owner = if above.0.is_empty() {
-                    "summary.json".to_owned()
-                } else {
-                    format!("{above} in summary.json")
+                let keys = owner.as_object().into_iter().flat_map(|owner| owner.keys());
+                let keys: Vec<&str> = keys.map(String::as_str).collect();
+                let owner = match &above.0[..] {
+                    [] => "summary.json".to_owned(),
+                    _ => format!("{above} in summary.json"),
                 };
                 let must = format!("no run has a value there; {owner} has {}", keys.join(", "));
                 ("path", path.clone(), must)
@@ -183,31 +177,26 @@ fn demand(plan: &Plan, rows: &[Row<'_>]) -> Result<(), SweepError> {
     Ok(())
 }
 
-fn csv_of(header: Vec<String>, rows: impl Iterator<Item = Vec<String>>) -> String {
-    let rows = std::iter::once(header).chain(rows);
-    rows.map(|row| csv_row(&row)).collect()
-}
-
 fn results(plan: &Plan, rows: &[Row<'_>]) -> String {
     let mut header = vec!["case".to_owned()];
     header.extend(plan.keys.iter().map(|key| key.name().to_owned()));
     header.extend(["ended", "healthy", "warnings"].map(str::to_owned));
     header.extend(plan.results.iter().map(ResultColumn::name));
     header.push("error".to_owned());
-    let rows = rows.iter().map(|row| {
+    let mut text = csv_row(&header);
+    for row in rows {
+        let flag = |holds: bool| u8::from(holds).to_string();
+        let warnings = row
+            .warnings
+            .map_or(String::new(), |count| count.to_string());
         let mut fields = vec![row.case.number.to_string()];
-        fields.extend(row.case.values.iter().cloned());
-        fields.push(u8::from(row.error.is_none()).to_string());
-        fields.push(u8::from(row.healthy).to_string());
-        fields.push(
-            row.warnings
-                .map_or(String::new(), |count| count.to_string()),
-        );
-        fields.extend(row.results.iter().cloned());
+        fields.extend_from_slice(&row.case.values);
+        fields.extend([flag(row.error.is_none()), flag(row.healthy), warnings]);
+        fields.extend_from_slice(&row.results);
         fields.push(row.error.clone().unwrap_or_default());
-        fields
-    });
-    csv_of(header, rows)
+        text.push_str(&csv_row(&fields));
+    }
+    text
 }
 
 /// Every result that is a number, whether the case is healthy first.
@@ -221,16 +210,18 @@ fn quantile_table(plan: &Plan, rows: &[Row<'_>]) -> String {
     for (index, measure) in plan.results.iter().enumerate() {
         let numbers = rows
             .iter()
-            .filter_map(|row| row.results[index].parse().ok());
-        let numbers = numbers.filter(|value: &f64| value.is_finite());
+            .flat_map(|row| row.results[index].parse::<f64>());
+        let numbers = numbers.filter(|value| value.is_finite());
         columns.push((measure.name(), numbers.collect()));
     }
-    let rows = columns.iter().filter_map(|(name, values)| {
-        let (moments, at) = quantiles(values)?;
+    let mut text = csv_row(&header);
+    for (name, values) in &columns {
+        let Some((moments, at)) = quantiles(values) else {
+            continue;
+        };
         let mut fields = vec![name.clone(), values.len().to_string()];
-        fields.extend(moments.map(number));
-        fields.extend(at.map(number));
-        Some(fields)
-    });
-    csv_of(header, rows)
+        fields.extend(moments.into_iter().chain(at).map(number));
+        text.push_str(&csv_row(&fields));
+    }
+    text
 }

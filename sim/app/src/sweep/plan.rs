@@ -91,16 +91,12 @@ impl SweptKey {
     }
 
     /// Column in tables.
-    #[must_use]
-    pub fn name(&self) -> &str {
+    pub(crate) fn name(&self) -> &str {
         self.name.as_deref().unwrap_or(&self.key)
     }
 
     /// The changes that give the scene this value.
-    ///
-    /// # Errors
-    /// [`OverrideError`] if what is written is no single value.
-    pub fn overrides(&self, value: &str) -> Result<Vec<Override>, OverrideError> {
+    pub(crate) fn overrides(&self, value: &str) -> Result<Vec<Override>, OverrideError> {
         let written = self.write.replace("{}", value);
         let paths = std::iter::once(&self.key).chain(&self.also);
         paths
@@ -179,8 +175,7 @@ impl ResultColumn {
     }
 
     /// Column in tables.
-    #[must_use]
-    pub fn name(&self) -> String {
+    pub(crate) fn name(&self) -> String {
         let (name, usual) = match self {
             Self::Summary { path, name } => (name, path.clone()),
             Self::Largest { column, name, .. } => (name, format!("largest {column}")),
@@ -224,19 +219,16 @@ struct Written {
 
 impl Plan {
     /// Reads the plan `file` and validates all of it that does not need the scene.
-    ///
-    /// # Errors
-    /// A [`SweepError`] that names the position and what to do.
-    pub fn load(file: &Path) -> Result<Self, SweepError> {
+    pub(crate) fn load(file: &Path) -> Result<Self, SweepError> {
         let text = read_settings(file, WHOLE)?;
         Self::from_text(&text, file)
     }
 
-    /// As [`Plan::load`], for a text in memory; `file` names it in messages, and relative paths
-    /// start at its folder.
+    /// A plan from a text, validated as far as that needs no scene; `file` names it in messages, and relative paths start
+    /// at its folder.
     ///
     /// # Errors
-    /// As [`Plan::load`].
+    /// A [`SweepError`] that names the position and what to do.
     pub fn from_text(text: &str, file: &Path) -> Result<Self, SweepError> {
         let source = Source {
             file: file.to_owned(),
@@ -244,10 +236,8 @@ impl Plan {
         };
         let origin = file.display().to_string();
         let written: Written = parse(text, Syntax::Ron, &origin, WHOLE)?;
-        let (version, must) = (
-            written.version,
-            format!("this program reads version {VERSION}"),
-        );
+        let (version, must) = (written.version, "this program reads version");
+        let must = format!("{must} {VERSION}");
         source.require(version == VERSION, "version", version, &must)?;
         let set = written.set.iter().enumerate().map(|(index, text)| {
             Override::parse(text).map_err(|error| SweepError::Set {
@@ -268,8 +258,7 @@ impl Plan {
     }
 
     /// Name of the plan's file, without folder and ending.
-    #[must_use]
-    pub fn name(&self) -> String {
+    pub(crate) fn name(&self) -> String {
         let stem = self.source.file.file_stem();
         stem.map_or("sweep".into(), |stem| stem.to_string_lossy())
             .into_owned()

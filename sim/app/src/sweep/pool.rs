@@ -1,10 +1,9 @@
 //! Running cases by processes of their own.
 
-use std::collections::VecDeque;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 use std::time::Duration;
 
@@ -34,17 +33,10 @@ pub(crate) struct PoolOptions {
 pub(crate) struct Tally {
     /// Cases that were finished before.
     pub(crate) before: usize,
-    /// Cases that came to an end, good or bad, in the order of their ends.
-    pub(crate) run: Vec<Outcome>,
+    /// Cases that came to an end, good or bad.
+    pub(crate) run: usize,
     /// Every failed case, those of before too, in order.
     pub(crate) failed: Vec<Outcome>,
-}
-
-/// What the workers share.
-struct Queue<'a> {
-    cases: Mutex<VecDeque<&'a Case>>,
-    ended: Mutex<Vec<Outcome>>,
-    error: Mutex<Option<SweepError>>,
 }
 
 /// Runs what is not finished of `cases`, each by a process of its own, and says how each ended by `told`,
@@ -62,25 +54,35 @@ pub(crate) fn run_cases(
         None => true,
         Some(outcome) => options.retry && outcome.error.is_some(),
     };
-    let open: VecDeque<&Case> = cases.iter().filter(is_open).collect();
-    let count = open.len();
-    let queue = Queue {
-        cases: Mutex::new(open),
-        ended: Mutex::default(),
-        error: Mutex::default(),
-    };
-    thread::scope(|scope| {
-        for _ in 0..options.jobs.min(count) {
-            scope.spawn(|| work(&queue, sweep, options, told));
+    let open: Vec<&Case> = cases.iter().filter(is_open).collect();
+    let (count, taken) = (open.len(), AtomicUsize::new(0));
+    // Takes cases until there are none, someone asks to stop or something is wrong; how many came to an end.
+    let work = || -> Result<usize, SweepError> {
+        let mut ended = 0;
+        while !options.interrupt.asked()
+            && let Some(case) = open.get(taken.fetch_add(1, Ordering::SeqCst))
+        {
+            let one = run_one(case, sweep, options);
+            if one.is_err() {
+                taken.store(count, Ordering::SeqCst);
+            }
+            let Some(outcome) = one? else { break };
+            ended += 1;
+            told(&outcome, count.saturating_sub(taken.load(Ordering::SeqCst)));
         }
+        Ok(ended)
+    };
+    let run: Vec<Result<usize, SweepError>> = thread::scope(|scope| {
+        let workers: Vec<_> = (0..options.jobs.min(count))
+            .map(|_| scope.spawn(work))
+            .collect();
+        let ends = workers.into_iter().map(|worker| worker.join());
+        ends.map(|end| end.unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+            .collect()
     });
-    let run = locked(&queue.ended).clone();
-    let failed = queue.error.into_inner().unwrap_or_else(|p| p.into_inner());
-    if let Some(error) = failed {
-        return Err(error);
-    }
-    if run.len() < count {
-        return Err(SweepError::Stopped(count - run.len()));
+    let run = run.into_iter().sum::<Result<usize, SweepError>>()?;
+    if run < count {
+        return Err(SweepError::Stopped(count - run));
     }
     let outcomes = cases.iter().filter_map(|case| case.outcome(sweep));
     Ok(Tally {
@@ -88,40 +90,6 @@ pub(crate) fn run_cases(
         run,
         failed: outcomes.filter(|o| o.error.is_some()).collect(),
     })
-}
-
-/// Takes cases off the queue until it is empty, someone asks to stop or something is wrong.
-fn work(
-    queue: &Queue<'_>,
-    sweep: &Path,
-    options: &PoolOptions,
-    told: &(dyn Fn(&Outcome, usize) + Sync),
-) {
-    while !options.interrupt.asked() && locked(&queue.error).is_none() {
-        let Some(case) = locked(&queue.cases).pop_front() else {
-            return;
-        };
-        match run_one(case, sweep, options) {
-            Ok(Some(outcome)) => {
-                let mut ended = locked(&queue.ended);
-                ended.push(outcome.clone());
-                let left = locked(&queue.cases).len();
-                drop(ended);
-                told(&outcome, left);
-            }
-            Ok(None) => return,
-            Err(error) => {
-                locked(&queue.error).get_or_insert(error);
-            }
-        }
-    }
-}
-
-/// A lock whose holder may have panicked: what it guards is whole at all times.
-fn locked<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    mutex
-        .lock()
-        .unwrap_or_else(std::sync::PoisonError::into_inner)
 }
 
 /// Runs a case by a process; nothing if it was asked to stop.
@@ -158,20 +126,20 @@ fn run_one(
         return Ok(None);
     }
     let said = said.unwrap_or_default();
+    let failed = |said: &str| SweepError::Case {
+        case: case.number,
+        said: said.to_owned(),
+    };
     match status {
         // It says itself why it could not begin or write.
-        Ok(status) if status.code() == Some(1) => Err(SweepError::Case {
-            case: case.number,
-            said: said.trim_start_matches("error: ").trim().to_owned(),
-        }),
+        Ok(status) if status.code() == Some(1) => {
+            Err(failed(said.trim_start_matches("error: ").trim()))
+        }
         // Ended by the system, for want of memory say: that is how this case ends.
         Ok(status) => Ok(Some(
             case.end(sweep, Some(format!("the process ended with {status}")))?,
         )),
-        Err(source) => Err(SweepError::Case {
-            case: case.number,
-            said: source.to_string(),
-        }),
+        Err(source) => Err(failed(&source.to_string())),
     }
 }
 

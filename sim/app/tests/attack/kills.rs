@@ -1,6 +1,6 @@
 //! Runs killed at any moment: resuming gives what a run gives that nothing disturbed, bit for bit.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use crate::scenes::leftovers;
@@ -12,25 +12,34 @@ pub(crate) const SCENE: &str = include_str!("killed.ron");
 pub(crate) const START: &str = "run scene.ron --out out --threads 1 --quiet";
 const RESUME: &str = "run --resume out/state.checkpoint --threads 1 --quiet";
 
-pub(crate) fn case(folder: &Path, random: &mut Random) -> Option<String> {
-    let quiet = folder.join("quiet");
-    std::fs::create_dir(&quiet).unwrap();
-    for folder in [folder, &quiet] {
-        std::fs::write(folder.join("scene.ron"), SCENE).unwrap();
+/// A run in one go, to compare with, and the time (s) that it took.
+pub(crate) struct Whole(tempfile::TempDir, f64);
+
+impl Whole {
+    pub(crate) fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("scene.ron"), SCENE).unwrap();
+        let begun = Instant::now();
+        let ended = watch::run(folder.path(), START);
+        assert!(ended.failure().is_none(), "{}", ended.stderr);
+        Self(folder, begun.elapsed().as_secs_f64())
     }
-    let begun = Instant::now();
-    let whole = watch::run(&quiet, START);
-    let took = begun.elapsed().as_secs_f64();
-    if let Some(fault) = whole.failure() {
-        return Some(format!("undisturbed: {fault}"));
+
+    /// The folder of its results.
+    pub(crate) fn out(&self) -> PathBuf {
+        self.0.path().join("out")
     }
+}
+
+pub(crate) fn case(whole: &Whole, folder: &Path, random: &mut Random) -> Option<String> {
+    std::fs::write(folder.join("scene.ron"), SCENE).unwrap();
     let mut times = Vec::new();
     for attempt in 0..10 {
         let kept = folder.join("out/state.checkpoint").exists();
         let line = if kept { RESUME } else { START };
         // Twice at most, then it may come to its end.
         let after = if attempt < 1 + random.below(2) {
-            random.range(0.0, 1.1 * took)
+            random.range(0.0, 1.1 * whole.1)
         } else {
             1e4
         };
@@ -44,7 +53,7 @@ pub(crate) fn case(folder: &Path, random: &mut Random) -> Option<String> {
         if let Some(fault) = ended.failure() {
             return Some(format!("after {times:.3?} s: {fault}"));
         }
-        let fault = leftovers(folder).or_else(|| differs(&quiet.join("out"), &folder.join("out")));
+        let fault = leftovers(folder).or_else(|| differs(&whole.out(), &folder.join("out")));
         return fault.map(|fault| format!("after {times:.3?} s: {fault}"));
     }
     Some("it never came to its end".to_owned())

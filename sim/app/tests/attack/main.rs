@@ -49,11 +49,7 @@ const KNOWN: [(&str, u64, u64); 1] = [
 fn attack(kind: &str, few: u64, case: impl Fn(&Path, &mut Random) -> Option<String>) {
     let number = |name: &str| -> Option<u64> {
         let value = std::env::var(name).ok()?;
-        Some(
-            value
-                .parse()
-                .unwrap_or_else(|_| panic!("{name} is {value}")),
-        )
+        Some((value.parse()).unwrap_or_else(|_| panic!("{name} is {value}")))
     };
     let cases = number(&format!("PHYXEL_ATTACK_{}", kind.to_uppercase())).unwrap_or(few);
     let seed = number("PHYXEL_ATTACK_SEED").unwrap_or(1);
@@ -76,10 +72,9 @@ fn attack(kind: &str, few: u64, case: impl Fn(&Path, &mut Random) -> Option<Stri
             writeln!(found, "{kind} {at} of seed {seed}: {what}").unwrap();
             println!("{kind} {at} of seed {seed}: {what}");
             if let Some(keep) = std::env::var_os("PHYXEL_ATTACK_KEEP") {
-                copy(
-                    folder.path(),
-                    &Path::new(&keep).join(format!("{kind}-{seed}-{at}")),
-                );
+                let to = Path::new(&keep).join(format!("{kind}-{seed}-{at}"));
+                let mut copy = std::process::Command::new("cp");
+                copy.arg("-r").args([folder.path(), &to]).status().unwrap();
             }
         }
     }
@@ -96,18 +91,6 @@ fn seeded(seed: u64, kind: &str, case: u64) -> Random {
     let mut random = Random::new(first.wrapping_add(case.wrapping_mul(0x2545_f491_4f6c_dd1d)));
     random.bits();
     random
-}
-
-fn copy(from: &Path, to: &Path) {
-    std::fs::create_dir_all(to).unwrap();
-    for entry in std::fs::read_dir(from).unwrap().flatten() {
-        let target = to.join(entry.file_name());
-        if entry.path().is_dir() {
-            copy(&entry.path(), &target);
-        } else {
-            std::fs::copy(entry.path(), target).unwrap();
-        }
-    }
 }
 
 #[test]
@@ -127,13 +110,18 @@ fn plans() {
 
 #[test]
 fn disks() {
-    let whole = disks::Whole::new();
-    attack("disks", 6, |folder, random| whole.case(folder, random));
+    let whole = kills::Whole::new();
+    attack("disks", 6, |folder, random| {
+        disks::case(&whole, folder, random)
+    });
 }
 
 #[test]
 fn kills() {
-    attack("kills", 2, kills::case);
+    let whole = kills::Whole::new();
+    attack("kills", 2, |folder, random| {
+        kills::case(&whole, folder, random)
+    });
 }
 
 #[test]

@@ -88,21 +88,11 @@ fn ball(divisions: usize) -> Surface {
     let axes = [DVec3::X, DVec3::Y, DVec3::Z];
     let mut surface = Surface::default();
     let mut triangles = Vec::new();
-    for signs in 0..8_usize {
-        let corner = |axis: usize| {
-            if signs >> axis & 1 == 0 {
-                axes[axis]
-            } else {
-                -axes[axis]
-            }
-        };
-        let triangle = [corner(0), corner(1), corner(2)];
+    for signs in 0..8_u32 {
+        let corner = |axis: usize| axes[axis] * [1.0, -1.0][(signs >> axis & 1) as usize];
+        let [a, b, c] = [0, 1, 2].map(corner);
         let even = signs.count_ones() % 2 == 0;
-        triangles.push(if even {
-            triangle
-        } else {
-            [triangle[0], triangle[2], triangle[1]]
-        });
+        triangles.push(if even { [a, b, c] } else { [a, c, b] });
     }
     for _ in 0..divisions {
         triangles = triangles
@@ -126,9 +116,9 @@ fn ball(divisions: usize) -> Surface {
     surface
 }
 
-/// A closed surface, and the volume of the body that it bounds.
-pub(crate) fn body(random: &mut Random) -> (Surface, f64) {
-    let mut surface = match random.below(6) {
+/// One closed surface.
+fn single(random: &mut Random) -> Surface {
+    match random.below(6) {
         0 => prism(&[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]),
         1 => prism(&[
             (0.0, 0.0),
@@ -154,7 +144,12 @@ pub(crate) fn body(random: &mut Random) -> (Surface, f64) {
                 .collect();
             prism(&corners)
         }
-    };
+    }
+}
+
+/// A closed surface, and the volume of the body that it bounds.
+pub(crate) fn body(random: &mut Random) -> (Surface, f64) {
+    let mut surface = single(random);
     if random.chance(0.3) {
         let squash =
             [0, 1, 2].map(|_| 10_f64.powf(random.range(-3.0, 0.5) * random.range(0.0, 1.0)));

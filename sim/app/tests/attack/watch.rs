@@ -131,12 +131,9 @@ fn wait(folder: &Path, mut child: Child, kill_after: Option<Duration>) -> Ended 
             child.kill().unwrap();
             break child.wait().unwrap();
         }
-        let nap = if begun.elapsed().as_millis() < 100 {
-            2
-        } else {
-            10
-        };
-        std::thread::sleep(Duration::from_millis(nap));
+        // At first often.
+        let nap = (begun.elapsed() / 50).clamp(Duration::from_millis(2), Duration::from_millis(10));
+        std::thread::sleep(nap);
     };
     let read = |name: &str| {
         let bytes = std::fs::read(folder.join(name)).unwrap();
@@ -155,16 +152,9 @@ fn spent(process: u32) -> (f64, f64) {
     let read = |name: &str| std::fs::read_to_string(format!("/proc/{process}/{name}"));
     let stat = read("stat").unwrap_or_default();
     // Fields 14 and 15, in hundredths of a second; the name before may hold spaces.
-    let fields = stat
-        .rsplit(')')
-        .next()
-        .unwrap_or_default()
-        .split_whitespace();
-    let ticks: f64 = fields
-        .skip(11)
-        .take(2)
-        .filter_map(|x| x.parse::<f64>().ok())
-        .sum();
+    let fields = stat.rsplit(')').next().unwrap_or_default();
+    let ticks = fields.split_whitespace().skip(11).take(2);
+    let ticks: f64 = ticks.flat_map(|x| x.parse::<f64>()).sum();
     let status = read("status").unwrap_or_default();
     let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
     let kibibytes = peak.and_then(|line| line.split_whitespace().next()?.parse::<f64>().ok());

@@ -42,11 +42,7 @@ fn obj(surface: &Surface, random: &mut Random) -> Vec<u8> {
     let break_lines = random.chance(0.2);
     for face in &surface.faces {
         let text = numbers(face.iter().map(|v| v + 1));
-        let text = if break_lines {
-            text.replace(' ', " \\\n ")
-        } else {
-            text
-        };
+        let text = text.replace(' ', if break_lines { " \\\n " } else { " " });
         writeln!(out, "f {text}").unwrap();
     }
     out.into_bytes()
@@ -204,13 +200,8 @@ fn gmsh(surface: &Surface) -> Vec<u8> {
     }
     writeln!(out, "$EndNodes\n$Elements\n{}", triangles.len()).unwrap();
     for (k, triangle) in triangles.iter().enumerate() {
-        writeln!(
-            out,
-            "{} 2 2 0 1 {}",
-            k + 1,
-            numbers(triangle.map(|v| v + 1))
-        )
-        .unwrap();
+        let corners = numbers(triangle.map(|v| v + 1));
+        writeln!(out, "{} 2 2 0 1 {corners}", k + 1).unwrap();
     }
     out.push_str("$EndElements\n");
     out.into_bytes()

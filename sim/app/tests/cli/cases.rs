@@ -1,8 +1,5 @@
 //! Ways to go wrong.
 
-mod meshes;
-mod plans;
-
 /// One of them.
 pub(crate) struct Case {
     pub(crate) name: String,
@@ -11,37 +8,85 @@ pub(crate) struct Case {
 }
 
 const SCENE: &str = include_str!("base.ron");
+const PLAN: &str = include_str!("cases/plan.ron");
+/// The header of a recording.
+const RECORDED: &str = "step,kind,name,phase,point,x_m,y_m,z_m,qx,qy,qz,qw\n";
 
-fn strings(items: &[&str]) -> Vec<String> {
-    items.iter().map(|&item| item.to_owned()).collect()
+/// All of them, in the order of `messages.txt`: a row each.
+pub(crate) fn cases() -> Vec<Case> {
+    let tables = concat!(
+        include_str!("cases/rows.txt"),
+        include_str!("cases/files.txt"),
+        include_str!("cases/resumed.txt"),
+    );
+    let is_case = |row: &&str| !row.is_empty() && !row.starts_with('#');
+    tables.lines().filter(is_case).map(case).collect()
 }
 
-/// No files.
-const NOTHING: &[(&str, &str)] = &[];
-
-fn words(line: &str) -> Vec<String> {
-    line.split_whitespace().map(str::to_owned).collect()
-}
-
-/// The valid scene with `from` replaced, in a file that is run.
-fn changed(name: &str, from: &str, to: &str) -> Case {
-    assert!(SCENE.contains(from), "{name}: the scene has no '{from}'");
-    Case {
-        name: name.to_owned(),
-        files: vec![(
-            "scene.ron".to_owned(),
-            SCENE.replacen(from, to, 1).into_bytes(),
-        )],
-        arguments: words("run scene.ron --out results/here"),
+fn case(row: &str) -> Case {
+    let fields: Vec<&str> = row.split('|').map(str::trim).collect();
+    let case = match fields[..] {
+        ["changed", name, ref edits @ ..] => changed(name, edits),
+        ["tool", name, from, to, ..] => tool(name, from, to),
+        // The embedded scene with one override.
+        ["set", name, change, ..] => given(name, &[], "run liver --out results/here").with(change),
+        ["plan", name, from, to] => {
+            let plan = edited(PLAN, name, &[from, to]);
+            let (name, line) = (format!("plan: {name}"), "sweep plan.ron --out results/here");
+            given(&name, &[("plan.ron", plan)], line)
+        }
+        ["given", name, line, ref files @ ..] => {
+            let files = files.chunks(2).map(|file| (file[0], content(file[1])));
+            given(name, &files.collect::<Vec<_>>(), line)
+        }
+        ["replay", name, rows] => {
+            let rows = [RECORDED.as_bytes(), &content(rows)].concat();
+            let line = "run block --out results/here --replay in.csv";
+            given(name, &[("in.csv", rows)], line)
+        }
+        _ => panic!("what is '{row}'?"),
+    };
+    match (fields[0], fields.get(4)) {
+        ("tool" | "set", Some(change)) => case.with(change),
+        _ => case,
     }
 }
 
 impl Case {
-    /// The same with more arguments.
-    fn with(mut self, arguments: &[&str]) -> Self {
-        self.arguments.extend(strings(arguments));
+    /// The same with an override.
+    fn with(mut self, change: &str) -> Self {
+        self.arguments.extend(["--set", change].map(str::to_owned));
         self
     }
+}
+
+/// Some files, and the words of a line.
+fn given(name: &str, files: &[(&str, Vec<u8>)], line: &str) -> Case {
+    let files = files.iter().cloned();
+    Case {
+        name: name.to_owned(),
+        files: files
+            .map(|(name, content)| (name.to_owned(), content))
+            .collect(),
+        arguments: line.split_whitespace().map(str::to_owned).collect(),
+    }
+}
+
+/// A text with each other of some texts replaced by the next.
+fn edited(text: &str, name: &str, edits: &[&str]) -> Vec<u8> {
+    let mut text = text.to_owned();
+    for edit in edits.chunks(2) {
+        assert!(text.contains(edit[0]), "{name}: there is no '{}'", edit[0]);
+        text = text.replacen(edit[0], edit[1], 1);
+    }
+    text.into_bytes()
+}
+
+/// The valid scene edited, in a file that is run.
+fn changed(name: &str, edits: &[&str]) -> Case {
+    let scene = edited(SCENE, name, edits);
+    let line = "run scene.ron --out results/here";
+    given(name, &[("scene.ron", scene)], line)
 }
 
 /// The same with a tool, of which `from` is replaced; more keys where that is empty.
@@ -50,134 +95,20 @@ fn tool(name: &str, from: &str, to: &str) -> Case {
     let tool = if from.is_empty() {
         tool.replacen("tools: [(", &format!("tools: [({to} "), 1)
     } else {
-        assert!(tool.contains(from), "{name}: the tool has no '{from}'");
-        tool.replacen(from, to, 1)
+        String::from_utf8(edited(tool, name, &[from, to])).unwrap()
     };
-    changed(name, "cuts: [", &format!("{tool}cuts: ["))
+    changed(name, &["cuts: [", &format!("{tool}cuts: [")])
 }
 
-/// A case a row of a table.
-fn row_cases(table: &str) -> Vec<Case> {
-    let rows = table.lines();
-    let rows = rows.filter(|row| !row.is_empty() && !row.starts_with('#'));
-    let case = |row: &str| {
-        let fields: Vec<&str> = row.split('|').map(str::trim).collect();
-        let case = match fields[..] {
-            ["changed", name, from, to] => changed(name, from, to),
-            ["tool", name, from, to, ..] => tool(name, from, to),
-            ["set", name, change, ..] => set(name, change),
-            ["plan", name, from, to] => plans::changed(name, from, to),
-            ["given", name, line, ref files @ ..] => {
-                let files = files.chunks(2).map(|file| (file[0], unescaped(file[1])));
-                return given(name, &files.collect::<Vec<_>>(), line);
-            }
-            ["replay", name, rows] => {
-                let content = format!("{RECORDED}{}", unescaped(rows));
-                let line = "run block --out results/here --replay in.csv";
-                return given(name, &[("in.csv", content)], line);
-            }
-            _ => panic!("what is '{row}'?"),
-        };
-        match fields.get(4) {
-            Some(more) => case.with(&["--set", more]),
-            None => case,
-        }
-    };
-    rows.map(case).collect()
-}
-
-/// The header of a recording.
-const RECORDED: &str = "step,kind,name,phase,point,x_m,y_m,z_m,qx,qy,qz,qw\n";
-
-fn unescaped(content: &str) -> String {
+/// What a field says of a file: its text, or the file beside the tables that has it.
+fn content(field: &str) -> Vec<u8> {
+    if let Some(name) = field.strip_prefix('@') {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/cli/cases");
+        return std::fs::read(std::path::Path::new(folder).join(name)).unwrap();
+    }
     let escapes = [("\\n", "\n"), ("\\0", "\0"), ("\\5", "\u{5}")];
-    let text = content.to_owned();
-    (escapes.iter()).fold(text, |text, (escape, is)| text.replace(escape, is))
-}
-
-/// The embedded scene with one override.
-fn set(name: &str, change: &str) -> Case {
-    Case {
-        name: name.to_owned(),
-        files: Vec::new(),
-        arguments: strings(&["run", "liver", "--out", "results/here", "--set", change]),
-    }
-}
-
-/// Some files, and the words of a line.
-fn given(name: &str, files: &[(&str, impl AsRef<[u8]>)], line: &str) -> Case {
-    Case {
-        name: name.to_owned(),
-        files: files
-            .iter()
-            .map(|(name, content)| ((*name).to_owned(), content.as_ref().to_vec()))
-            .collect(),
-        arguments: words(line),
-    }
-}
-
-/// All of them, in the order of `messages.txt`.
-pub(crate) fn cases() -> Vec<Case> {
-    let mut cases = row_cases(include_str!("cases/rows.txt"));
-    cases.extend(text_cases());
-    cases.extend(many_cases());
-    cases.extend(row_cases(include_str!("cases/files.txt")));
-    cases.extend(meshes::mesh_cases());
-    cases.extend(row_cases(include_str!("cases/resumed.txt")));
-    cases.extend(plans::plan_cases());
-    cases
-}
-
-/// Several mistakes in one scene.
-fn many_cases() -> Vec<Case> {
-    let edits = [
-        ("description: ", "descripton: "),
-        ("Liver(width: 0.166)", "Liver(width: -0.166)"),
-        ("Nodes(6000)", "Nodes(6000.5)"),
-        ("youngs_modulus: 5e3", "youngs_modulus: NaN"),
-        ("damping: 3", "damping: \"much\""),
-        ("region: Box(min: ", "region: Bix(min: "),
-        ("gravity: (", "colour: 3, gravity: ("),
-        (
-            "edge: [(0, 0, 0), (0, 0, 0.12)]",
-            "edge: [(0, 0), (0, 0, 0.12)]",
-        ),
-        ("step_factor: 0.5", "step_factor: 5"),
-    ];
-    let broken = edits.iter().fold(SCENE.to_owned(), |text, (from, to)| {
-        assert!(text.contains(from), "the scene has no '{from}'");
-        text.replacen(from, to, 1)
+    let text = (escapes.iter()).fold(field.to_owned(), |text, (escape, is)| {
+        text.replace(escape, is)
     });
-    let json = include_str!("cases/many.json");
-    let whole = r#"{"version": 1, "bodies": [{"shape": {"Liver": {"width": -1}}}], "name": "/"}"#;
-    vec![
-        given(
-            "many mistakes",
-            &[("scene.ron", &broken)],
-            "check scene.ron",
-        ),
-        given(
-            "many mistakes in JSON",
-            &[("scene.json", json)],
-            "check scene.json",
-        ),
-        given(
-            "values in JSON",
-            &[("scene.json", whole)],
-            "check scene.json",
-        ),
-    ]
-}
-
-fn text_cases() -> Vec<Case> {
-    let half = &SCENE[..SCENE.len() / 2];
-    let line = "run scene.ron --out results";
-    vec![
-        given("truncated scene", &[("scene.ron", half)], line),
-        given(
-            "not text",
-            &[("scene.ron", [0xff, 0xfe, 0x00])],
-            "check scene.ron",
-        ),
-    ]
+    text.into_bytes()
 }

@@ -82,11 +82,8 @@ impl Sandbox {
         while let Some(folder) = open.pop() {
             for entry in fs::read_dir(folder).unwrap() {
                 let path = entry.unwrap().path();
-                let name = path
-                    .strip_prefix(self.path())
-                    .unwrap()
-                    .display()
-                    .to_string();
+                let name = path.strip_prefix(self.path()).unwrap();
+                let name = name.display().to_string();
                 if path.is_dir() {
                     found.push(format!("{name}/"));
                     open.push(path);

@@ -93,28 +93,6 @@ fn compare_places(browser: &mut Chromium, scene: &Scene) {
     assert!(turned > 0.9999, "cosine {turned}");
 }
 
-/// However fast the machine is: this body does not come to rest.
-#[test]
-fn a_stroke_before_the_body_rests_is_one_as_any_other() {
-    let mut scene = liver(400, 4_000);
-    let settle = scene.integration.settle.as_mut().unwrap();
-    (settle.speed, settle.limit) = (1e-100, 1e9);
-    let Some((_live, mut browser)) = opened(&scene, [640, 400]) else {
-        return;
-    };
-    pause(&mut browser);
-    let [x, y] = middle(&mut browser);
-    let line = [[x - 60.0, y - 60.0], [x - 30.0, y + 50.0]];
-    browser.drag(&line);
-    browser.mouse("mouseReleased", line[1]);
-    step(&mut browser, 250);
-    browser.wait("stage.panel.last.severed > 0");
-    assert_eq!(browser.evaluate("stage.panel.last.settling"), json!(true));
-    anew(&mut browser, "document.getElementById('undo').click()");
-    browser.wait("stage.panel.last.severed === 0");
-    assert_eq!(browser.evaluate("stage.panel.last.settling"), json!(true));
-}
-
 /// The first minute of a user.
 #[test]
 fn someone_cuts_undoes_presses_and_saves_in_a_browser() {
@@ -139,56 +117,52 @@ fn someone_cuts_undoes_presses_and_saves_in_a_browser() {
     let share = compare(&mut browser, &live, 1);
     assert!(share >= SHARE, "{share}");
     compare_places(&mut browser, &scene);
-    let spent = browser.evaluate(
-        "(() => { const { gl } = stage.renderer, pixel = new Uint8Array(4); const times = [0, 1, 2, 3, 4].map(() => { \
-         const begun = performance.now(); stage.renderer.bodies[0].stale = true; stage.renderer.draw(stage.camera, []); \
-         gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel); return performance.now() - begun }); \
-         return Math.min(...times) })()",
-    );
-    eprintln!("a picture of 720 x 480 pixels takes {spent} ms");
 
-    // A stroke by real pointer events across the middle of what is seen.
+    cut_and_undo(&mut browser, &live, &first);
+    press_and_pull(&mut browser);
+    save_and_repeat(&mut browser, &live);
+}
+
+/// A stroke by real pointer events across the middle of what is seen, which `first` shows whole.
+fn cut_and_undo(browser: &mut Chromium, live: &Live, first: &Frame) {
     let before = browser.evaluate(BITS);
-    let [x, y] = middle(&mut browser);
+    let [x, y] = middle(browser);
     let at = |dx: f64, dy: f64| [x + dx, y + dy];
     browser.drag(&[at(-60.0, -60.0), at(-40.0, 0.0), at(-30.0, 50.0)]);
-    step(&mut browser, 60);
+    step(browser, 60);
     show("cutting", &browser.screenshot());
     browser.mouse("mouseReleased", at(-30.0, 50.0));
-    step(&mut browser, 250);
+    step(browser, 250);
     browser.wait("stage.panel.last.severed > 0");
     browser.wait("stage.renderer.bodies[0].surfels > stage.renderer.bodies[0].info.outer");
     show("cut", &browser.screenshot());
-    let cut = frame(&canvas(&mut browser));
+    let cut = frame(&canvas(browser));
     let pairs = cut.pixels.iter().zip(&first.pixels);
     let changed = pairs
         .filter(|(a, b)| (i32::from(a[0]) - i32::from(b[0])).abs() > 40)
         .count();
     // A cut that lies closed is a line of a pixel; the stroke is 114 long, and where it begins is air or light.
     assert!(2 * changed > 114, "{changed} pixels show the cut");
-    let share = compare(&mut browser, &live, 2);
+    let share = compare(browser, live, 2);
     assert!(share >= SHARE, "{share}");
 
     // Undo: the very bits.
-    let epoch = browser.evaluate("stage.scene.epoch").as_u64().unwrap();
-    browser.evaluate("stage.link.ask({ do: 'undo' })");
-    browser.wait(&format!(
-        "stage.scene.epoch > {epoch} && stage.state && stage.panel.last.severed === 0"
-    ));
+    anew(browser, "stage.link.ask({ do: 'undo' })");
+    browser.wait("stage.panel.last.severed === 0");
     assert_eq!(browser.evaluate(BITS), before);
-    browser.wait("!stage.dirty");
+}
 
-    // A probe presses: it feels a force.
+/// A probe presses, and a hand pulls what was severed: they feel forces.
+fn press_and_pull(browser: &mut Chromium) {
+    let [x, y] = middle(browser);
+    let at = |dx: f64, dy: f64| [x + dx, y + dy];
     browser.key("3");
     browser.drag(&[at(0.0, 0.0), at(4.0, 0.0)]);
-    step(&mut browser, 200);
+    step(browser, 200);
     show("pressing", &browser.screenshot());
-    let force = browser
-        .evaluate("Math.hypot(...stage.state.tools[0].force)")
-        .as_f64()
-        .unwrap();
+    let force = browser.number("Math.hypot(...stage.state.tools[0].force)");
     assert!(force > 0.05, "{force} N");
-    assert!(browser.evaluate("stage.panel.plot.peak").as_f64().unwrap() > 0.05);
+    assert!(browser.number("stage.panel.plot.peak") > 0.05);
     browser.mouse("mouseReleased", at(4.0, 0.0));
 
     // What was can be looked at again, and a hand comes back to what is.
@@ -197,27 +171,26 @@ fn someone_cuts_undoes_presses_and_saves_in_a_browser() {
         "(() => { const s = document.getElementById('past'); s.value = 500; s.dispatchEvent(new Event('input')) })()",
     );
     browser.wait("stage.state.step < stage.newest.step - 50 && !stage.dirty");
-    browser.drag(&[at(0.0, 0.0)]);
-    browser.mouse("mouseReleased", at(0.0, 0.0));
+    browser.stroke(&[at(0.0, 0.0)]);
     assert_eq!(browser.evaluate(BITS), now);
 
     // Severed and pulled.
     browser.key("2");
-    let line = [[x, 80.0], [x + 10.0, 390.0]];
-    browser.drag(&line);
-    browser.mouse("mouseReleased", line[1]);
-    step(&mut browser, 600);
+    browser.stroke(&[[x, 80.0], [x + 10.0, 390.0]]);
+    step(browser, 600);
     browser.wait("stage.panel.last.strokes === 1");
     browser.key("4");
     browser.drag(&[at(60.0, 0.0), at(80.0, -20.0)]);
-    step(&mut browser, 100);
+    step(browser, 100);
     show("pulling", &browser.screenshot());
-    let force = browser.evaluate("Math.hypot(...stage.state.grip)");
-    assert!(force.as_f64().unwrap() > 0.02, "{force} N");
+    let force = browser.number("Math.hypot(...stage.state.grip)");
+    assert!(force > 0.02, "{force} N");
     browser.mouse("mouseReleased", at(80.0, -20.0));
-    step(&mut browser, 20);
+    step(browser, 20);
+}
 
-    // Everything is saved in the folder and nowhere else, under a name that leads nowhere else.
+/// Everything is saved in the folder and nowhere else, under a name that leads nowhere else.
+fn save_and_repeat(browser: &mut Chromium, live: &Live) {
     browser.evaluate(
         "['../x', 'a first minute'].forEach((name) => stage.link.ask({ do: 'save', name }))",
     );
@@ -255,9 +228,7 @@ fn a_line_across_the_picture_slices_through() {
     };
     let [x, _] = middle(&mut browser);
     browser.key("2");
-    let line = [[x, 80.0], [x + 10.0, 470.0]];
-    browser.drag(&line);
-    browser.mouse("mouseReleased", line[1]);
+    browser.stroke(&[[x, 80.0], [x + 10.0, 470.0]]);
     step(&mut browser, 250);
     browser.wait("stage.panel.last.severed > 0");
     show("sliced", &browser.screenshot());
@@ -306,8 +277,7 @@ fn the_link_heals_and_nothing_is_lost_unasked() {
     // A stroke that begins in the air cuts where it comes to the organ.
     let [x, y] = middle(&mut browser);
     assert_eq!(browser.evaluate("stage.surface(10, 300)"), json!(null));
-    browser.drag(&[[10.0, y], [x, y + 20.0]]);
-    browser.mouse("mouseReleased", [x, y + 20.0]);
+    browser.stroke(&[[10.0, y], [x, y + 20.0]]);
     step(&mut browser, 400);
     browser.wait("stage.panel.last.severed > 0 && stage.panel.last.strokes === 1");
     // Two positions of a cross that keys move are a stroke as well.
@@ -342,22 +312,7 @@ fn the_link_heals_and_nothing_is_lost_unasked() {
     browser.evaluate("stage.state = null; stage.link.socket.close()");
     browser.wait("stage.link.socket?.readyState === 1 && stage.state");
     assert_eq!(browser.evaluate(BITS), before);
-    // Time stands while nobody looks on.
-    let hide = |hidden: bool| {
-        format!(
-            "Object.defineProperty(document, 'hidden', {{ value: {hidden}, configurable: true }}); \
-             document.dispatchEvent(new Event('visibilitychange'))"
-        )
-    };
-    browser.evaluate("stage.link.ask({ do: 'play' })");
-    browser.wait("stage.panel.last.playing");
-    browser.evaluate(&hide(true));
-    std::thread::sleep(std::time::Duration::from_millis(200));
-    let hidden = browser.evaluate("stage.state.step");
-    std::thread::sleep(std::time::Duration::from_millis(300));
-    assert_eq!(browser.evaluate("stage.state.step"), hidden);
-    browser.evaluate(&hide(false));
-    browser.wait(&format!("stage.state.step > {hidden}"));
+    look_away(&mut browser);
     // An end is said to be one.
     drop(live);
     browser.wait("document.getElementById('curtain-text').textContent.includes('has ended')");
@@ -384,7 +339,7 @@ fn fingers_and_pens_cut_sliders_and_dropped_meshes_do_what_they_say() {
     anew(&mut browser, "stage.link.ask({ do: 'reset' })");
     browser.wait("stage.panel.last.severed === 0");
     let zoom = "stage.camera.distance";
-    let before = browser.evaluate(zoom).as_f64().unwrap();
+    let before = browser.number(zoom);
     browser.touch("touchStart", &[[x - 20.0, y]]);
     browser.touch("touchStart", &[[x - 20.0, y], [x + 20.0, y]]);
     for k in 1..=6 {
@@ -393,24 +348,12 @@ fn fingers_and_pens_cut_sliders_and_dropped_meshes_do_what_they_say() {
     }
     browser.touch("touchEnd", &[]);
     step(&mut browser, 60);
-    let after = browser.evaluate(zoom).as_f64().unwrap();
+    let after = browser.number(zoom);
     assert!(after < 0.7 * before, "from {before} to {after}");
     assert_eq!(severed(&mut browser), Some(0));
     browser.evaluate("stage.home()");
 
-    // A pen: the harder it is pressed the deeper the blade.
-    let depth = "(() => { const e = stage.hands.active.edge; return Math.hypot(...e[0].map((v, k) => v - e.at(-1)[k])) })()";
-    let [x, y] = middle(&mut browser);
-    let mut depths = Vec::new();
-    for force in [0.1, 0.9] {
-        browser.pen("mousePressed", [x, y], force);
-        browser.pen("mouseMoved", [x + 3.0, y + 1.0], force);
-        browser.pen("mouseMoved", [x + 6.0, y + 2.0], force);
-        depths.push(browser.evaluate(depth).as_f64().unwrap());
-        browser.pen("mouseReleased", [x + 6.0, y + 2.0], 0.0);
-        anew(&mut browser, "stage.link.ask({ do: 'reset' })");
-    }
-    assert!(depths[1] > 1.5 * depths[0], "{depths:?} m");
+    press_pens(&mut browser);
 
     // A stiffer tissue is another model seen from the same position.
     let camera = browser.evaluate("JSON.stringify(stage.camera)");
@@ -424,27 +367,65 @@ fn fingers_and_pens_cut_sliders_and_dropped_meshes_do_what_they_say() {
     let shown = browser.evaluate("document.getElementById('stiffness-value').textContent");
     assert_eq!(shown, json!("59 kPa"));
     step(&mut browser, 3);
+    drop_meshes(&mut browser, &live);
+}
 
-    // A mesh file dropped on the page.
-    anew(&mut browser, &drop_of(CUBE, "cube.off"));
-    let high = browser.evaluate("stage.scene.high");
-    assert!((high[2].as_f64().unwrap() - 0.04).abs() < 1e-6, "{high}");
+/// A mesh file dropped on the page.
+fn drop_meshes(browser: &mut Chromium, live: &Live) {
+    anew(browser, &drop_of(CUBE, "cube.off"));
+    let high = browser.number("stage.scene.high[2]");
+    assert!((high - 0.04).abs() < 1e-6, "{high}");
     let kept = std::fs::read(live.out.path().join("mesh-001.off")).unwrap();
     assert_eq!(kept, CUBE.as_bytes());
-    step(&mut browser, 3);
+    step(browser, 3);
     show("dropped", &browser.screenshot());
     // Its numbers are in metres, or in centimetres: a click.
     let unit = |metres| format!("document.querySelector('[data-unit=\"{metres}\"]').click()");
     let pressed = "document.querySelector('#units [aria-pressed=true]').dataset.unit";
     assert_eq!(browser.evaluate(pressed), json!("1"));
-    anew(&mut browser, &unit("0.01"));
-    let high = browser.evaluate("stage.scene.high");
-    assert!((high[2].as_f64().unwrap() - 4e-4).abs() < 1e-8, "{high}");
+    anew(browser, &unit("0.01"));
+    let high = browser.number("stage.scene.high[2]");
+    assert!((high - 4e-4).abs() < 1e-8, "{high}");
     assert_eq!(browser.evaluate(pressed), json!("0.01"));
-    anew(&mut browser, &unit("1"));
+    anew(browser, &unit("1"));
     // What is no mesh is said to be none, and the cube stays.
     browser.evaluate(&drop_of(&CUBE.replace("OFF", "of"), "cube.obj"));
     browser.wait("document.getElementById('notes').textContent.includes('mesh-001.obj')");
-    step(&mut browser, 3);
+    step(browser, 3);
     assert_eq!(browser.evaluate("stage.renderer.gl.getError()"), json!(0));
+}
+
+/// The harder a pen is pressed the deeper the blade.
+fn press_pens(browser: &mut Chromium) {
+    let depth = "(() => { const e = stage.hands.active.edge; return Math.hypot(...e[0].map((v, k) => v - e.at(-1)[k])) })()";
+    let [x, y] = middle(browser);
+    let mut depths = Vec::new();
+    for force in [0.1, 0.9] {
+        browser.pen("mousePressed", [x, y], force);
+        browser.pen("mouseMoved", [x + 3.0, y + 1.0], force);
+        browser.pen("mouseMoved", [x + 6.0, y + 2.0], force);
+        depths.push(browser.number(depth));
+        browser.pen("mouseReleased", [x + 6.0, y + 2.0], 0.0);
+        anew(browser, "stage.link.ask({ do: 'reset' })");
+    }
+    assert!(depths[1] > 1.5 * depths[0], "{depths:?} m");
+}
+
+/// Time stands while nobody looks on.
+fn look_away(browser: &mut Chromium) {
+    let hide = |hidden: bool| {
+        format!(
+            "Object.defineProperty(document, 'hidden', {{ value: {hidden}, configurable: true }}); \
+             document.dispatchEvent(new Event('visibilitychange'))"
+        )
+    };
+    browser.evaluate("stage.link.ask({ do: 'play' })");
+    browser.wait("stage.panel.last.playing");
+    browser.evaluate(&hide(true));
+    std::thread::sleep(std::time::Duration::from_millis(200));
+    let hidden = browser.evaluate("stage.state.step");
+    std::thread::sleep(std::time::Duration::from_millis(300));
+    assert_eq!(browser.evaluate("stage.state.step"), hidden);
+    browser.evaluate(&hide(false));
+    browser.wait(&format!("stage.state.step > {hidden}"));
 }

@@ -78,10 +78,8 @@ impl Chromium {
         };
         let target = browser.ask("Target.createTarget", &json!({ "url": "about:blank" }));
         let id = &target["targetId"];
-        let attached = browser.ask(
-            "Target.attachToTarget",
-            &json!({ "targetId": id, "flatten": true }),
-        );
+        let attach = json!({ "targetId": id, "flatten": true });
+        let attached = browser.ask("Target.attachToTarget", &attach);
         browser.session = attached["sessionId"].as_str().unwrap().to_owned();
         let size =
             json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false });
@@ -126,11 +124,14 @@ impl Chromium {
         let parameters =
             json!({ "expression": expression, "awaitPromise": true, "returnByValue": true });
         let found = self.ask("Runtime.evaluate", &parameters);
-        assert!(
-            found.get("exceptionDetails").is_none(),
-            "{expression}: {found}"
-        );
+        let thrown = found.get("exceptionDetails");
+        assert!(thrown.is_none(), "{expression}: {found}");
         found["result"]["value"].clone()
+    }
+
+    /// The number that an expression gives.
+    pub(crate) fn number(&mut self, expression: &str) -> f64 {
+        self.evaluate(expression).as_f64().unwrap()
     }
 
     /// Waits until an expression is true, in a page that may be loaded meanwhile.
@@ -149,21 +150,23 @@ impl Chromium {
     }
 
     /// A pointer event as from a mouse with its left button.
-    pub(crate) fn mouse(&mut self, kind: &str, [x, y]: [f64; 2]) {
-        let pressed = i32::from(kind != "mouseReleased");
-        let event = json!({
-            "type": kind, "x": x, "y": y, "button": "left", "buttons": pressed, "clickCount": 1,
-        });
-        self.ask("Input.dispatchMouseEvent", &event);
+    pub(crate) fn mouse(&mut self, kind: &str, place: [f64; 2]) {
+        self.pointer(kind, place, &json!({}));
     }
 
     /// A pointer event as from a pen's tip, pressed by 0 to 1.
-    pub(crate) fn pen(&mut self, kind: &str, [x, y]: [f64; 2], force: f64) {
+    pub(crate) fn pen(&mut self, kind: &str, place: [f64; 2], force: f64) {
+        let pen = json!({ "pointerType": "pen", "force": force });
+        self.pointer(kind, place, &pen);
+    }
+
+    fn pointer(&mut self, kind: &str, [x, y]: [f64; 2], more: &Value) {
         let pressed = i32::from(kind != "mouseReleased");
-        let event = json!({
+        let mut event = json!({
             "type": kind, "x": x, "y": y, "button": "left", "buttons": pressed, "clickCount": 1,
-            "pointerType": "pen", "force": force,
         });
+        let more = more.as_object().into_iter().flatten();
+        more.for_each(|(key, value)| event[key] = value.clone());
         self.ask("Input.dispatchMouseEvent", &event);
     }
 
@@ -178,10 +181,8 @@ impl Chromium {
 
     pub(crate) fn key(&mut self, key: &str) {
         for kind in ["keyDown", "keyUp"] {
-            self.ask(
-                "Input.dispatchKeyEvent",
-                &json!({ "type": kind, "key": key, "text": key }),
-            );
+            let event = json!({ "type": kind, "key": key, "text": key });
+            self.ask("Input.dispatchKeyEvent", &event);
         }
     }
 
@@ -195,6 +196,12 @@ impl Chromium {
                 self.mouse("mouseMoved", at);
             }
         }
+    }
+
+    /// The same, and lets go at the last.
+    pub(crate) fn stroke(&mut self, places: &[[f64; 2]]) {
+        self.drag(places);
+        self.mouse("mouseReleased", places[places.len() - 1]);
     }
 
     /// What the page looks like, as PNG.

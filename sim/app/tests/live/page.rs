@@ -79,12 +79,9 @@ pub(crate) fn show(name: &str, png: &[u8]) {
 
 /// Takes so many steps and waits until the last is drawn.
 pub(crate) fn step(browser: &mut Chromium, steps: u64) {
-    let now = browser.evaluate("stage.state.step").as_u64().unwrap();
+    let end = browser.evaluate("stage.state.step").as_u64().unwrap() + steps;
     browser.evaluate(&format!("stage.link.ask({{ do: 'step', steps: {steps} }})"));
-    browser.wait(&format!(
-        "stage.state && stage.state.step >= {} && !stage.dirty",
-        now + steps
-    ));
+    browser.wait(&format!("stage.state?.step >= {end} && !stage.dirty"));
 }
 
 /// Takes steps until an expression is true.

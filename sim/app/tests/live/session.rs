@@ -49,10 +49,13 @@ fn corners(session: &Session) -> [DVec3; 2] {
     [bounds.min, bounds.max]
 }
 
+fn bits(place: &DVec3) -> [u64; 3] {
+    place.to_array().map(f64::to_bits)
+}
+
 fn positions(session: &Session) -> Vec<[u64; 3]> {
     let body = &session.world().bodies()[0];
-    let places = body.motion.positions().iter();
-    places.map(|x| x.to_array().map(f64::to_bits)).collect()
+    body.motion.positions().iter().map(bits).collect()
 }
 
 /// Simulated time (s) of the scripted session; `PHYXEL_LIVE_SECONDS` makes it longer.
@@ -61,16 +64,29 @@ fn seconds() -> f64 {
     asked.and_then(|text| text.parse().ok()).unwrap_or(4.0)
 }
 
-/// End of a tenth of the session, by its number from 0.
-fn tenth(number: usize) -> f64 {
-    0.1 * f64::from(u32::try_from(number + 1).unwrap())
-}
-
-/// Kilobytes that this process holds in memory, where the system reports it.
-fn resident() -> Option<f64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find(|line| line.starts_with("VmRSS"))?;
-    line.split_whitespace().nth(1)?.parse::<f64>().ok()
+/// What a hand does next: it grips, pulls, lets go, presses or cuts, at random points of a box up to a height (m).
+fn act(session: &mut Session, number: u32, point: &mut impl FnMut() -> DVec3, height: f64) {
+    match number % 5 {
+        0 => session.grip(point(), 0.02),
+        1 => {
+            session.pull(point());
+            session.let_go();
+            session.put_tool(0, Some(Pose::at(point().with_z(height + 0.03))));
+        }
+        2 => session.lead_tool(0, Pose::at(point())),
+        _ => {
+            session.put_tool(0, None);
+            // From above, to somewhere inside.
+            let (a, b) = (point(), point());
+            let edge = |p: DVec3| vec![p.with_z(height + 0.01), p];
+            assert!(session.begin_stroke(edge(a)));
+            let way = (b - a).clamp_length_max(0.04);
+            for k in 1..=4 {
+                session.lead_stroke(&edge(a + way * 0.25 * f64::from(k)));
+            }
+            session.end_stroke();
+        }
+    }
 }
 
 #[test]
@@ -78,7 +94,6 @@ fn a_scripted_session_holds_and_its_recording_repeats_it_to_the_bit() {
     let mut session = at_rest();
     let [low, high] = corners(&session);
     let (mut random, mut lost) = (Random::new(1), 0);
-    let mut megabytes: Vec<f64> = Vec::new();
     let (mut passed, mut next, mut done) = (0.0, 0.0, 0);
     let mut point = || within(&mut random, low, high);
     while passed < seconds() {
@@ -89,31 +104,7 @@ fn a_scripted_session_holds_and_its_recording_repeats_it_to_the_bit() {
             if done % 97 == 0 {
                 session.reset();
             }
-            match done % 5 {
-                0 => session.grip(point(), 0.02),
-                1 => {
-                    session.pull(point());
-                    session.let_go();
-                    let place = point();
-                    session.put_tool(
-                        0,
-                        Some(Pose::at(DVec3::new(place.x, place.y, high.z + 0.03))),
-                    );
-                }
-                2 => session.lead_tool(0, Pose::at(point())),
-                _ => {
-                    session.put_tool(0, None);
-                    // From above, to somewhere inside.
-                    let (a, b) = (point(), point());
-                    let edge = |p: DVec3| vec![DVec3::new(p.x, p.y, high.z + 0.01), p];
-                    assert!(session.begin_stroke(edge(a)));
-                    let way = (b - a).clamp_length_max(0.04);
-                    for k in 1..=4 {
-                        session.lead_stroke(&edge(a + way * 0.25 * f64::from(k)));
-                    }
-                    session.end_stroke();
-                }
-            }
+            act(&mut session, done, &mut point, high.z);
         }
         let before = session.world().time();
         if let Err(error) = session.step() {
@@ -125,9 +116,6 @@ fn a_scripted_session_holds_and_its_recording_repeats_it_to_the_bit() {
         passed += (session.world().time() - before).max(0.0);
         // As the server does.
         session.grow().unwrap();
-        if passed > tenth(megabytes.len()) * seconds() {
-            megabytes.extend(resident().map(|kilobytes| (kilobytes / 1024.0).round()));
-        }
     }
     let world = session.world();
     let body = &world.bodies()[0];
@@ -137,7 +125,7 @@ fn a_scripted_session_holds_and_its_recording_repeats_it_to_the_bit() {
     let (strokes, _) = session.strokes();
     eprintln!(
         "{passed:.1} s, {strokes} strokes, {} pairs severed, {:?} surfels, {lost} steps lost, {} stretches taken again, \
-         balance {balance:.1e}, {} inputs, MB after each tenth: {megabytes:?}",
+         balance {balance:.1e}, {} inputs",
         session.severed_pairs(),
         session.painter().surfel_counts(),
         world.retaken().stretches,
@@ -149,36 +137,6 @@ fn a_scripted_session_holds_and_its_recording_repeats_it_to_the_bit() {
 
     // The recording, as `phyxel run scene.ron --replay input.csv` runs it.
     assert_eq!(run_of_saved(&session), steps_and_energies(&session));
-}
-
-#[test]
-fn undo_brings_the_bits_back_and_so_does_a_reset() {
-    let mut session = at_rest();
-    let start = (session.world().steps(), positions(&session));
-    for _ in 0..50 {
-        session.step().unwrap();
-    }
-    let before = (session.world().steps(), positions(&session));
-    let recorded = session.record().len();
-    cut_middle(&mut session);
-    assert_eq!(session.strokes(), (1, 1));
-    assert!(session.surfaces_lag());
-    let mut helpings = 0;
-    while session.surfaces_lag() {
-        helpings += usize::from(!session.grow().unwrap()[0].is_empty());
-    }
-    assert!(helpings > 1, "surfaces grow by some triangles at a time");
-    assert!(session.painter().surfel_counts().1 > 0, "new skin");
-    assert!(session.undo());
-    assert_eq!((session.world().steps(), positions(&session)), before);
-    assert_eq!(
-        (session.severed_pairs(), session.record().len()),
-        (0, recorded)
-    );
-    assert_eq!(session.strokes(), (0, 0));
-    assert!(!session.undo());
-    session.reset();
-    assert_eq!((session.world().steps(), positions(&session)), start);
 }
 
 /// A stroke across the middle from above, until it is done.
@@ -306,19 +264,18 @@ fn strokes_are_undone_one_by_one() {
     let (mut before, mut after) = (Vec::new(), Vec::new());
     let state = |session: &Session| {
         let surfels = session.painter().skins()[0].tissue.surfels();
-        let sums = surfels
-            .positions
-            .iter()
-            .map(|x| x.to_array().map(f64::to_bits));
+        let surfels: Vec<_> = surfels.positions.iter().map(bits).collect();
+        let (steps, severed) = (session.world().steps(), session.severed_pairs());
         (
-            session.world().steps(),
+            steps,
             positions(session),
-            session.severed_pairs(),
+            severed,
             session.record().to_vec(),
-            sums.collect::<Vec<_>>(),
+            surfels,
         )
     };
-    let stroke = |session: &mut Session, k: i32| {
+    let mut helpings = 0;
+    let mut stroke = |session: &mut Session, k: i32| {
         let x = low.x + (0.2 + 0.025 * f64::from(k)) * (high.x - low.x);
         let edge = |y: f64| vec![DVec3::new(x, y, high.z + 0.02), DVec3::new(x, y, low.z)];
         assert!(session.begin_stroke(edge(low.y - 0.01)));
@@ -326,7 +283,7 @@ fn strokes_are_undone_one_by_one() {
         session.end_stroke();
         for _ in 0..120 {
             session.step().unwrap();
-            session.grow().unwrap();
+            helpings += usize::from(!session.grow().unwrap().is_empty());
         }
     };
     for k in 0..26 {
@@ -334,7 +291,8 @@ fn strokes_are_undone_one_by_one() {
         stroke(&mut session, k);
         after.push(state(&session));
     }
-    assert!(session.severed_pairs() > 0);
+    assert!(session.severed_pairs() > 0 && session.painter().surfel_counts().1 > 0);
+    assert_eq!(session.strokes(), (26, 24));
     for k in (2..26_usize).rev() {
         assert!(session.undo());
         assert!(state(&session) == before[k], "before stroke {k}");
@@ -345,6 +303,12 @@ fn strokes_are_undone_one_by_one() {
         }
     }
     assert!(!session.undo(), "older ones have given way");
+    assert!(
+        helpings > 2 * 26,
+        "surfaces grow by some triangles at a time"
+    );
+    session.reset();
+    assert!(state(&session) == before[0], "the start");
 }
 
 /// The second method to cut: the rays of the view through a line across the picture, from before the body to
@@ -389,8 +353,7 @@ fn a_grip_pulls_with_the_force_that_the_body_pulls_back() {
     };
     let at_rest = places(&session);
     // The tip of the left lobe, up by 1 cm.
-    let tip = at_rest.iter().max_by(|a, b| a.x.total_cmp(&b.x)).unwrap();
-    let tip = *tip;
+    let tip = *at_rest.iter().max_by(|a, b| a.x.total_cmp(&b.x)).unwrap();
     session.grip(tip, 0.02);
     session.pull(tip + DVec3::Z * 0.01);
     for _ in 0..600 {
@@ -398,11 +361,11 @@ fn a_grip_pulls_with_the_force_that_the_body_pulls_back() {
     }
     let force = session.world().grip_force().unwrap();
     let now = places(&session);
-    let ways = now
+    let moved = now
         .iter()
         .zip(&at_rest)
         .map(|(now, before)| now.z - before.z);
-    let moved = ways.fold(0.0, f64::max);
+    let moved = moved.fold(0.0, f64::max);
     // A hold on few nodes is soft (see `LARGEST_PHASE`); what hangs from it pulls down.
     assert!((0.004..0.0105).contains(&moved), "moved {moved} m");
     assert!(force.z < -0.02, "{force} N");

@@ -30,11 +30,13 @@ pub(super) fn body(checks: &mut Checks, path: &str, body: &Body) {
     surfels(checks, &of("surfels"), &body.surfels, &body.shape);
 }
 
+/// A body needs so many nodes at least.
+const FEWEST_NODES: u32 = 4;
+
 fn sampling(checks: &mut Checks, path: &str, body: &Body) {
     let path = &format!("{path}.sampling");
     let of = |field: &str| format!("{path}.{field}");
     let sampling = &body.sampling;
-    const FEWEST_NODES: u32 = 4;
     let limit = sampling.limit;
     let must = format_args!("a body needs {FEWEST_NODES} nodes at least");
     checks.require(limit >= FEWEST_NODES, of("limit"), limit, must);
@@ -43,57 +45,53 @@ fn sampling(checks: &mut Checks, path: &str, body: &Body) {
     for (index, refined) in sampling.refine.iter().enumerate() {
         refinement(checks, &format!("{path}.refine[{index}]"), refined);
     }
-    let target = of("target");
+    target(checks, path, body);
+}
+
+fn target(checks: &mut Checks, path: &str, body: &Body) {
+    let (sampling, target) = (&body.sampling, format!("{path}.target"));
+    let limit = sampling.limit;
     match sampling.target {
-        Target::Nodes(count) => checks.require(
-            (FEWEST_NODES..=limit).contains(&count),
-            target,
-            format_args!("Nodes({count})"),
-            format_args!(
+        Target::Nodes(count) => {
+            let fits = (FEWEST_NODES..=limit).contains(&count);
+            let found = format_args!("Nodes({count})");
+            let must = format_args!(
                 "it must be from {FEWEST_NODES} to {limit} nodes; for more raise {path}.limit"
-            ),
-        ),
+            );
+            checks.require(fits, target, found, must);
+        }
         Target::Lattice(x, y, z) => {
             let found = format!("Lattice({x}, {y}, {z})");
             let plain = sampling.form == Form::Tetrahedra
                 && sampling.coarsest <= 1.0
                 && sampling.refine.is_empty();
-            checks.require(
-                plain && matches!(body.shape, Shape::Box { .. }) && body.rotation == DVec3::ZERO,
-                &target,
-                &found,
-                "a lattice is of a Box that is not turned, of form Tetrahedra, with coarsest 1 and nothing to refine");
+            let plain = plain && matches!(body.shape, Shape::Box { .. });
+            let fits = plain && body.rotation == DVec3::ZERO;
+            let must = "a lattice is of a Box that is not turned, of form Tetrahedra, with coarsest 1 and nothing to refine";
+            checks.require(fits, &target, &found, must);
             let nodes: f64 = [x, y, z].into_iter().map(f64::from).product();
-            checks.require(
-                x.min(y).min(z) >= 2 && nodes <= f64::from(limit),
-                target,
-                found,
-                format_args!(
-                    "it must have 2 nodes or more along each axis, and {limit} at most in all; for more raise \
-                     {path}.limit"
-                ));
+            let fits = x.min(y).min(z) >= 2 && nodes <= f64::from(limit);
+            let must = format_args!(
+                "it must have 2 nodes or more along each axis, and {limit} at most in all; for more raise \
+                 {path}.limit"
+            );
+            checks.require(fits, target, found, must);
         }
         Target::Spacing(spacing) => {
             let found = format!("Spacing({spacing:?})");
-            let (fits, must) = (
-                spacing.is_finite() && spacing > 0.0,
-                "it must be above 0 (m), such as 0.006 for an organ",
-            );
+            let fits = spacing.is_finite() && spacing > 0.0;
+            let must = "it must be above 0 (m), such as 0.006 for an organ";
             checks.require(fits, &target, &found, must);
             let Some(volume) = body.rough_volume() else {
                 return;
             };
             let nodes = volume / (spacing * spacing * spacing);
             let wider = 1.05 * (volume / f64::from(limit)).cbrt();
-            checks.require(
-                nodes <= f64::from(limit),
-                &target,
-                found,
-                format_args!(
-                    "it would make about {nodes:.2e} nodes and {path}.limit is {limit}; use \
-                     {wider:.2e} m or more, or raise the limit"
-                ),
+            let must = format_args!(
+                "it would make about {nodes:.2e} nodes and {path}.limit is {limit}; use \
+                 {wider:.2e} m or more, or raise the limit"
             );
+            checks.require(nodes <= f64::from(limit), &target, found, must);
         }
     }
 }
@@ -163,12 +161,9 @@ fn cut_rule(checks: &mut Checks, path: &str, rule: CutRule) {
         } => {
             if let Some(cells) = cells {
                 let fits = <[u32; 3]>::from(cells).iter().all(|count| *count > 0);
-                checks.require(
-                    fits && spacing.is_none(),
-                    of("cells"),
-                    format_args!("{cells:?}"),
-                    "give one cell or more along each axis, and no spacing beside them",
-                );
+                let (fits, found) = (fits && spacing.is_none(), format!("{cells:?}"));
+                let must = "give one cell or more along each axis, and no spacing beside them";
+                checks.require(fits, of("cells"), found, must);
             }
             for (name, length) in [("spacing", spacing), ("inflate", inflate)] {
                 if let Some(length) = length {
@@ -184,10 +179,8 @@ fn radius(checks: &mut Checks, path: &str, rule: RadiusRule) {
     match rule {
         RadiusRule::Covering => {}
         RadiusRule::Constant(radius) => {
-            let (fits, found) = (
-                radius.is_finite() && radius > 0.0,
-                format_args!("Constant({radius:?})"),
-            );
+            let fits = radius.is_finite() && radius > 0.0;
+            let found = format_args!("Constant({radius:?})");
             checks.require(fits, path, found, "it must be above 0 (m), such as 0.002");
         }
         RadiusRule::Mapped {

@@ -11,11 +11,8 @@ pub(super) fn support(checks: &mut Checks, path: &str, support: &Support, bodies
     let body = support.body.as_deref();
     body_name(checks, &of("body"), body, bodies);
     region(checks, &of("region"), &support.region);
-    match &support.motion {
-        SupportMotion::Fixed => {}
-        SupportMotion::Driven { path: keys } => {
-            keys_in_order(checks, &of("motion.path"), keys, 1);
-        }
+    if let SupportMotion::Driven { path: keys } = &support.motion {
+        keys_in_order(checks, &of("motion.path"), keys, 1);
     }
 }
 
@@ -41,39 +38,28 @@ pub(super) fn tool(checks: &mut Checks, path: &str, tool: &Tool, bodies: &[Body]
     checks.positive(of("release.mass"), release.mass, " (kg)");
     checks.finite(of("release.force"), release.force);
     checks.not_negative(of("release.damping"), release.damping, " (1/s)");
-    checks.require(
-        tool.path.len() <= 1,
-        keys,
-        format_args!("{} keys", tool.path.len()),
-        "a tool that is released has one key at most, the position where it is released",
-    );
-    checks.require(
-        tool.body.is_some() || bodies.len() == 1,
-        of("release"),
-        format_args!("a tool that touches {} bodies", bodies.len()),
-        format_args!("a released tool touches one body; name it in {path}.body"),
-    );
+    let found = format_args!("{} keys", tool.path.len());
+    let must = "a tool that is released has one key at most, the position where it is released";
+    checks.require(tool.path.len() <= 1, keys, found, must);
+    let fits = tool.body.is_some() || bodies.len() == 1;
+    let found = format_args!("a tool that touches {} bodies", bodies.len());
+    let must = format_args!("a released tool touches one body; name it in {path}.body");
+    checks.require(fits, of("release"), found, must);
 }
 
 pub(super) fn cut(checks: &mut Checks, path: &str, cut: &Cut, scene: &Scene) {
     let of = |field: &str| format!("{path}.{field}");
     let body = cut.body.as_deref();
     body_name(checks, &of("body"), body, &scene.bodies);
-    let edge = of("edge");
-    checks.require(
-        cut.edge.len() >= 2,
-        &edge,
-        format_args!("{} points", cut.edge.len()),
-        "a blade's edge needs two points at least",
-    );
+    let (edge, found) = (of("edge"), format_args!("{} points", cut.edge.len()));
+    let must = "a blade's edge needs two points at least";
+    checks.require(cut.edge.len() >= 2, &edge, found, must);
     for (index, &point) in cut.edge.iter().enumerate() {
         checks.finite(format_args!("{edge}[{index}]"), point);
     }
     for (index, pair) in cut.edge.windows(2).enumerate() {
-        let (path, must) = (
-            format!("{edge}[{}]", index + 1),
-            "it equals the point before it",
-        );
+        let path = format_args!("{edge}[{}]", index + 1);
+        let must = "it equals the point before it";
         checks.require(pair[0] != pair[1], path, triple(pair[1]), must);
     }
     let keys = &of("path");
@@ -83,13 +69,11 @@ pub(super) fn cut(checks: &mut Checks, path: &str, cut: &Cut, scene: &Scene) {
         [first, .., last] => (first.time, last.time),
         _ => (0.0, 0.0), // too few, as has been reported
     };
-    checks.require(
-        // A scene that only settles has no time for any cut: a recording of one that was saved then.
-        duration == 0.0 || last <= duration,
-        format_args!("{keys}[{}].time", cut.path.len().saturating_sub(1)),
-        last,
-        format_args!("the scene ends at integration.duration, {duration} s"),
-    );
+    // A scene that only settles has no time for any cut: a recording of one that was saved then.
+    let fits = duration == 0.0 || last <= duration;
+    let end = format_args!("{keys}[{}].time", cut.path.len().saturating_sub(1));
+    let must = format_args!("the scene ends at integration.duration, {duration} s");
+    checks.require(fits, end, last, must);
     let capture = of("capture");
     let (name, value, such_as, count) = match cut.capture {
         Capture::Rate(rate) => ("Rate", rate, " (1/s), such as 60", rate * (last - first)),
@@ -97,10 +81,8 @@ pub(super) fn cut(checks: &mut Checks, path: &str, cut: &Cut, scene: &Scene) {
         // How many these make is known once the nodes are.
         Capture::Spacing(share) => ("Spacing", share, ", such as 0.15", 0.0),
     };
-    let (fits, found) = (
-        value.is_finite() && value > 0.0,
-        format!("{name}({value:?})"),
-    );
+    let fits = value.is_finite() && value > 0.0;
+    let found = format!("{name}({value:?})");
     let must = format_args!("it must be above 0{such_as}");
     checks.require(fits, &capture, &found, must);
     let most = Capture::MOST;
@@ -126,12 +108,9 @@ pub(super) fn body_name(checks: &mut Checks, path: &str, name: Option<&str>, bod
 
 /// Keys of a path, `fewest` at least, must be finite and follow each other.
 pub(super) fn keys_in_order(checks: &mut Checks, path: &str, keys: &[Key], fewest: usize) {
-    checks.require(
-        keys.len() >= fewest,
-        path,
-        format_args!("{} keys", keys.len()),
-        format_args!("it needs {fewest} at least, such as (time: 0, position: (0, 0, 0))"),
-    );
+    let found = format_args!("{} keys", keys.len());
+    let must = format_args!("it needs {fewest} at least, such as (time: 0, position: (0, 0, 0))");
+    checks.require(keys.len() >= fewest, path, found, must);
     for (index, key) in keys.iter().enumerate() {
         let of = |name: &str| format!("{path}[{index}].{name}");
         checks.not_negative(of("time"), key.time, " (s after settling)");

@@ -59,56 +59,37 @@ impl Checks {
     }
 
     fn bounded(&mut self, path: impl Display, size: f64) {
-        self.require(
-            size <= LARGEST,
-            path,
-            format_args!("{size:e} in size"),
-            format_args!("numbers reach to {LARGEST:e}"),
-        );
+        let found = format_args!("{size:e} in size");
+        let must = format_args!("numbers reach to {LARGEST:e}");
+        self.require(size <= LARGEST, path, found, must);
     }
 
     /// A finite number above zero.
     pub(super) fn positive(&mut self, path: impl Display, value: f64, hint: &str) {
-        self.require(
-            value.is_finite() && value > 0.0,
-            &path,
-            value,
-            format_args!("it must be finite and above 0{hint}"),
-        );
+        let must = format_args!("it must be finite and above 0{hint}");
+        self.require(value.is_finite() && value > 0.0, &path, value, must);
         self.bounded(path, value);
     }
 
     /// A finite number of zero or more.
     pub(super) fn not_negative(&mut self, path: impl Display, value: f64, hint: &str) {
-        self.require(
-            value.is_finite() && value >= 0.0,
-            &path,
-            value,
-            format_args!("it must be finite and not below 0{hint}"),
-        );
+        let must = format_args!("it must be finite and not below 0{hint}");
+        self.require(value.is_finite() && value >= 0.0, &path, value, must);
         self.bounded(path, value);
     }
 
     /// A colour (sRGB).
     pub(super) fn color(&mut self, path: &str, color: [f64; 3]) {
+        let must = "colours are three numbers from 0 to 1";
         for (index, value) in color.into_iter().enumerate() {
-            self.require(
-                (0.0..=1.0).contains(&value),
-                format_args!("{path}[{index}]"),
-                value,
-                "colours are three numbers from 0 to 1",
-            );
+            self.within(format_args!("{path}[{index}]"), value, 0.0..=1.0, must);
         }
     }
 
     /// A direction of any length above zero.
     pub(super) fn direction(&mut self, path: impl Display, value: DVec3) {
-        self.require(
-            value.is_finite() && value.length() > 0.0,
-            &path,
-            triple(value),
-            "it must be finite and longer than 0",
-        );
+        let (fits, must) = (value.length() > 0.0, "it must be finite and longer than 0");
+        self.require(value.is_finite() && fits, &path, triple(value), must);
         self.bounded(path, value.abs().max_element());
     }
 
@@ -121,12 +102,8 @@ impl Checks {
 
     /// A point or vector of finite numbers.
     pub(super) fn finite(&mut self, path: impl Display, value: DVec3) {
-        self.require(
-            value.is_finite(),
-            &path,
-            triple(value),
-            "each of its three numbers must be finite",
-        );
+        let must = "each of its three numbers must be finite";
+        self.require(value.is_finite(), &path, triple(value), must);
         self.bounded(path, value.abs().max_element());
     }
 }

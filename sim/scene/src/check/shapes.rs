@@ -89,31 +89,3 @@ pub(super) fn region(checks: &mut Checks, path: &str, region: &Region) {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use glam::DVec3;
-
-    #[test]
-    fn what_is_out_of_bounds_is_named() {
-        let told = |is: &Region| {
-            let mut checks = Checks::default();
-            region(&mut checks, "region", is);
-            let fault = checks.first().expect_err("it is out of bounds");
-            (fault.path, fault.found)
-        };
-        let ball = |center: DVec3| Region::Sphere {
-            center,
-            radius: 0.0,
-        };
-        assert_eq!(told(&ball(DVec3::NAN)).0, "region.center");
-        assert_eq!(told(&ball(DVec3::ZERO)).0, "region.radius");
-        let turned = Region::Box {
-            min: DVec3::X,
-            max: DVec3::ZERO,
-        };
-        let expected = ("region.max".to_owned(), "(0, 0, 0)".to_owned());
-        assert_eq!(told(&turned), expected);
-    }
-}

@@ -30,23 +30,3 @@ impl fmt::Display for DidYouMean<'_> {
             .map_or(Ok(()), |name| write!(f, " (did you mean '{name}'?)"))
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::nearest;
-
-    const KEYS: [&str; 4] = ["youngs_modulus", "poissons_ratio", "density", "model"];
-
-    #[test]
-    fn finds_what_was_meant() {
-        assert_eq!(nearest("young_modulus", KEYS), Some("youngs_modulus"));
-        assert_eq!(nearest("Densitiy", KEYS), Some("density"));
-        assert_eq!(nearest("modle", KEYS), Some("model"));
-    }
-
-    #[test]
-    fn stays_silent_when_nothing_is_alike() {
-        assert_eq!(nearest("colour", KEYS), None);
-        assert_eq!(nearest("", KEYS), None);
-    }
-}

@@ -4,81 +4,58 @@ use std::fmt::{self, Write};
 
 use serde_json::Value;
 
-/// Where a key stands, the type that has it, and its name.
-pub(crate) type KeyRow = (&'static str, &'static str, &'static str);
+/// Where keys stand, the type that has them, and their names.
+pub(crate) type KeyRow = (&'static str, &'static str, &'static [&'static str]);
+
+/// The type of the whole format.
+pub(crate) const WHOLE: &str = "Scene";
 
 /// A reference of keys as Markdown: types, defaults and meaning.
 ///
 /// Made from the schema of the types that read a text, so it cannot say what they do not.
 #[derive(Debug)]
 pub(crate) struct KeyPage<'a> {
-    page: String,
+    pub(crate) page: String,
     /// Types that have a section already.
-    told: Vec<String>,
-    schema: &'a Value,
-    /// Keys that are not listed among those of their types.
-    compared: &'a [KeyRow],
+    pub(crate) told: Vec<String>,
+    pub(crate) schema: &'a Value,
+    /// Keys that are left out of the tables of their types, which refer to the heading "Keys to compare with" instead.
+    pub(crate) compared: &'a [KeyRow],
 }
 
 impl<'a> KeyPage<'a> {
-    /// An empty page for the types of a schema. The keys of `compared` are left out of the tables of their types,
-    /// which refer to the heading "Keys to compare with" instead; [`KeyPage::rows`] lists them there.
-    pub(crate) fn new(schema: &'a Value, compared: &'a [KeyRow]) -> Self {
-        Self {
-            page: String::new(),
-            told: Vec::new(),
-            schema,
-            compared,
-        }
-    }
-
-    /// The page.
-    pub(crate) fn finish(self) -> String {
-        self.page
-    }
-
-    /// Adds a text.
-    pub(crate) fn text(&mut self, text: &str) {
-        self.page.push_str(text);
-    }
-
     /// Adds rows of a table, one for each key, with the positions where they stand.
     pub(crate) fn rows(&mut self, rows: &[KeyRow]) {
-        for (place, name, key) in rows {
+        for (place, name, keys) in rows {
             let definition = self.definition(name);
-            let content = &definition["properties"][*key];
-            self.key_row(definition, key, content, &format!("{place}."));
+            for key in *keys {
+                let content = definition["properties"].get(*key);
+                let content = content.expect("the type has such a key");
+                self.key_row(definition, key, content, &format!("{place}."));
+            }
         }
-    }
-
-    /// Adds the section of the whole format, called `name`, and of all types that it names.
-    pub(crate) fn whole(&mut self, name: &str, title: &str, schema: &Value) {
-        self.told.push(name.to_owned());
-        self.section(name, title, schema);
-        let mut named = Vec::new();
-        self.references(name, schema, &mut named);
-        self.sections(named);
     }
 
     /// Adds the sections of types that only the keys of these rows name.
     pub(crate) fn types_of(&mut self, rows: &[KeyRow]) {
         let mut named = Vec::new();
-        for (_, name, key) in rows {
-            let definition = self.definition(name);
-            self.references("", &definition["properties"][*key], &mut named);
+        for (_, name, keys) in rows {
+            let properties = &self.definition(name)["properties"];
+            keys.iter()
+                .for_each(|key| self.references("", &properties[*key], &mut named));
         }
         self.sections(named);
     }
 
     /// Sections of the types that are `named`, each followed by those that it is the first to name.
-    fn sections(&mut self, mut named: Vec<String>) {
+    pub(crate) fn sections(&mut self, mut named: Vec<String>) {
         named.reverse();
         while let Some(name) = named.pop() {
             if self.told.contains(&name) {
                 continue;
             }
             let definition = self.definition(&name);
-            self.section(&name, &name, definition);
+            self.section(&name, definition);
             let mut next = Vec::new();
             self.references(&name, definition, &mut next);
             self.told.push(name);
@@ -87,12 +64,20 @@ impl<'a> KeyPage<'a> {
     }
 
     fn definition(&self, name: &str) -> &'a Value {
-        &self.schema["$defs"][name]
+        match name {
+            WHOLE => self.schema,
+            _ => &self.schema["$defs"][name],
+        }
     }
 
-    fn section(&mut self, name: &str, title: &str, definition: &Value) {
+    fn section(&mut self, name: &str, definition: &Value) {
+        let whole = if name == WHOLE {
+            " (the whole file)"
+        } else {
+            ""
+        };
         let mut paragraphs = text(definition).split("\n\n");
-        self.push(format_args!("\n### {title}\n"));
+        self.push(format_args!("\n### {name}{whole}\n"));
         for paragraph in paragraphs.by_ref() {
             self.push(format_args!("\n{}\n", paragraph.replace('\n', " ")));
         }
@@ -186,14 +171,14 @@ impl<'a> KeyPage<'a> {
         }
     }
 
-    fn push(&mut self, part: impl fmt::Display) {
+    pub(crate) fn push(&mut self, part: impl fmt::Display) {
         write!(self.page, "{part}").expect("a string takes all that is written to it");
     }
 }
 
 fn is_compared(compared: &[KeyRow], name: &str, key: &str) -> bool {
     let mut compared = compared.iter();
-    compared.any(|(_, owner, one)| (*owner, *one) == (name, key))
+    compared.any(|(_, owner, keys)| *owner == name && keys.contains(&key))
 }
 
 fn properties(definition: &Value) -> impl Iterator<Item = (&String, &Value)> {

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::key_page::{KeyPage, KeyRow};
+use super::key_page::{KeyPage, KeyRow, WHOLE};
 use crate::Scene;
 
 /// The reference of all keys of a scene as Markdown: types, defaults and meaning, in the order in
@@ -12,16 +12,20 @@ use crate::Scene;
 #[must_use]
 pub fn key_reference() -> String {
     let schema = schema();
-    let mut page = KeyPage::new(&schema, &COMPARISON);
-    page.text(INTRODUCTION);
+    let mut page = KeyPage {
+        page: INTRODUCTION.to_owned(),
+        told: Vec::new(),
+        schema: &schema,
+        compared: &COMPARISON,
+    };
     page.rows(&EVERYDAY);
-    page.text(ALL);
-    page.whole("Scene", "Scene (the whole file)", &schema);
-    page.text(COMPARED);
+    page.push(ALL);
+    page.sections(vec![WHOLE.to_owned()]);
+    page.push(COMPARED);
     page.rows(&COMPARISON);
     page.types_of(&COMPARISON);
-    page.text(LIMITS);
-    page.finish()
+    page.push(LIMITS);
+    page.page
 }
 
 /// The JSON Schema of a scene: what editors complete the keys of a `.json` scene from.
@@ -47,42 +51,35 @@ Their defaults are what is tested; the other choices are the dissertation's, or 
 
 const LIMITS: &str = include_str!("keys/limits.md");
 
-/// What most scenes are made of: where a key stands, and the type that has it.
-const EVERYDAY: [KeyRow; 25] = [
-    ("bodies[]", "Body", "name"),
-    ("bodies[]", "Body", "shape"),
-    ("bodies[]", "Body", "position"),
-    ("bodies[].sampling", "Sampling", "target"),
-    ("bodies[].material", "Material", "youngs_modulus"),
-    ("bodies[].material", "Material", "poissons_ratio"),
-    ("bodies[].material", "Material", "density"),
-    ("bodies[]", "Body", "damping"),
-    ("bodies[].surfels", "SurfelSettings", "color"),
-    ("supports[]", "Support", "region"),
-    ("supports[]", "Support", "motion"),
-    ("gravity", "Gravity", "acceleration"),
-    ("tools[]", "Tool", "shape"),
-    ("tools[]", "Tool", "path"),
-    ("tools[]", "Tool", "friction"),
-    ("cuts[]", "Cut", "edge"),
-    ("cuts[]", "Cut", "path"),
-    ("path[]", "Key", "time"),
-    ("path[]", "Key", "position"),
-    ("path[]", "Key", "rotation"),
-    ("integration", "Integration", "duration"),
-    ("integration", "Integration", "settle"),
-    ("observe", "Observe", "state_rate"),
-    ("pictures", "Pictures", "view"),
-    ("pictures", "Pictures", "color"),
+/// What most scenes are made of: where keys stand, and the type that has them.
+const EVERYDAY: [KeyRow; 13] = [
+    ("bodies[]", "Body", &["name", "shape", "position"]),
+    ("bodies[].sampling", "Sampling", &["target"]),
+    (
+        "bodies[].material",
+        "Material",
+        &["youngs_modulus", "poissons_ratio", "density"],
+    ),
+    ("bodies[]", "Body", &["damping"]),
+    ("bodies[].surfels", "SurfelSettings", &["color"]),
+    ("supports[]", "Support", &["region", "motion"]),
+    ("gravity", "Gravity", &["acceleration"]),
+    ("tools[]", "Tool", &["shape", "path", "friction"]),
+    ("cuts[]", "Cut", &["edge", "path"]),
+    ("path[]", "Key", &["time", "position", "rotation"]),
+    ("integration", "Integration", &["duration", "settle"]),
+    ("observe", "Observe", &["state_rate"]),
+    ("pictures", "Pictures", &["view", "color"]),
 ];
 
 /// Keys whose other choices are there to compare with, as above.
-const COMPARISON: [KeyRow; 7] = [
-    ("bodies[]", "Body", "method"),
-    ("bodies[]", "Body", "cut_rule"),
-    ("bodies[].material", "Material", "volume_constant"),
-    ("bodies[].surfels", "SurfelSettings", "weights"),
-    ("bodies[].surfels", "SurfelSettings", "radius"),
-    ("bodies[].surfels", "SurfelSettings", "inside"),
-    ("pictures", "Pictures", "mode"),
+const COMPARISON: [KeyRow; 4] = [
+    ("bodies[]", "Body", &["method", "cut_rule"]),
+    ("bodies[].material", "Material", &["volume_constant"]),
+    (
+        "bodies[].surfels",
+        "SurfelSettings",
+        &["weights", "radius", "inside"],
+    ),
+    ("pictures", "Pictures", &["mode"]),
 ];

@@ -98,10 +98,7 @@ fn place_of_blade(
         });
         let most = met.into_iter().max().unwrap_or(0);
         let first = met.into_iter().position(|met| ENOUGH * met >= most);
-        (
-            most,
-            [first.map_or(PLACES[0], |first| PLACES[first]), foot, back],
-        )
+        (most, [PLACES[first.unwrap_or(0)], foot, back])
     });
     let all = (LOOKS * LOOKS) as usize;
     let enough = best.iter().find(|(met, _)| RARELY * met >= all);

@@ -37,10 +37,8 @@ impl Override {
         let no_path = || error(format!("'{shown}' is not a key path such as {such_as}"));
         let path = KeyPath::parse(path).ok_or_else(no_path)?;
         if Node::read(value).is_none() {
-            return Err(error(format!(
-                "'{}' is not one RON value",
-                shortened(value)
-            )));
+            let shown = shortened(value);
+            return Err(error(format!("'{shown}' is not one RON value")));
         }
         Ok(Self {
             path,

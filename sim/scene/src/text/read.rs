@@ -1,16 +1,14 @@
 //! From text to a validated scene, and back.
 
-use std::path::{Path, PathBuf};
-
-use serde::de::DeserializeOwned;
+use std::path::Path;
 
 use super::embedded::EMBEDDED;
-use super::error::{OverrideError, Place, SceneError, TextError};
+use super::error::{OverrideError, SceneError, TextError};
 use super::file::read_text;
 use super::overrides::{Override, place_of, shortened};
-use super::tree::{Syntax, line_column, options};
-use super::values::read;
-use crate::{Scene, Shape};
+use super::tree::{Syntax, options};
+use super::values::parse;
+use crate::Scene;
 
 /// What messages call a scene's text.
 const WHOLE: &str = "the scene";
@@ -24,26 +22,6 @@ pub fn read_settings(file: &Path, whole: &'static str) -> Result<String, TextErr
         file: file.to_owned(),
         whole,
         source,
-    })
-}
-
-/// Reads settings from a text in RON (`Some` may be left out) or JSON. Messages name it `origin` and call it `whole`.
-///
-/// # Errors
-/// [`TextError::At`]: where the text departs from the format first.
-pub fn parse<T: DeserializeOwned>(
-    text: &str,
-    syntax: Syntax,
-    origin: &str,
-    whole: &str,
-) -> Result<T, TextError> {
-    read(text, syntax, whole).map_err(|misread| TextError::At {
-        place: Place {
-            origin: origin.to_owned(),
-            position: Some(line_column(text, misread.byte)),
-        },
-        path: misread.path,
-        problem: misread.problem,
     })
 }
 
@@ -107,46 +85,22 @@ pub(crate) fn finished(
         };
         // With all defaults written out, whatever can be set is there to be replaced.
         let changed = change.apply(&to_ron(&scene)).map_err(error)?;
-        scene = read(&changed, Syntax::Ron, WHOLE).map_err(|misread| error(misread.problem))?;
+        scene = parse(&changed, Syntax::Ron, origin, WHOLE).map_err(|wrong| match wrong {
+            TextError::At { problem, .. } => error(problem),
+            wrong => error(wrong.to_string()),
+        })?;
     }
-    resolve(&mut scene, folder);
+    // As seen from the working folder, absolute where the system can say how.
+    for file in scene.files_mut() {
+        let joined = folder.join(&*file);
+        *file = std::path::absolute(&joined).unwrap_or(joined);
+    }
     scene.validate().map_err(|fault| TextError::At {
         place: place_of(&fault.path, text, syntax, origin, overrides),
         problem: fault.to_string(),
         path: fault.path,
     })?;
     Ok(scene)
-}
-
-/// Paths of files as seen from the working folder.
-fn resolve(scene: &mut Scene, folder: &Path) {
-    for body in &mut scene.bodies {
-        if let Shape::Mesh { file, .. } = &mut body.shape {
-            *file = resolved(folder, file);
-        }
-        let images = [&mut body.surfels.image, &mut body.surfels.cut_image];
-        for image in images.into_iter().flatten() {
-            image.file = resolved(folder, &image.file);
-        }
-        if let Some(points) = &mut body.surfels.points {
-            points.file = resolved(folder, &points.file);
-        }
-    }
-    let looks = scene
-        .tools
-        .iter_mut()
-        .filter_map(|tool| tool.looks.as_mut());
-    let drawn = scene.pictures.iter_mut();
-    let drawn = drawn.flat_map(|pictures| &mut pictures.meshes);
-    for mesh in looks.chain(drawn) {
-        mesh.file = resolved(folder, &mesh.file);
-    }
-}
-
-/// `file` as seen from the working folder, made absolute where the system can say how.
-fn resolved(folder: &Path, file: &Path) -> PathBuf {
-    let joined = folder.join(file);
-    std::path::absolute(&joined).unwrap_or(joined)
 }
 
 /// The scene as RON, all defaults written out; [`load`] reads it back as it was.

@@ -12,9 +12,10 @@ use serde::de::{
 };
 use serde::{Deserialize, forward_to_deserialize_any};
 
+use super::error::{Place, TextError};
 use super::key_path::{KeyPath, Segment};
 use super::overrides::shortened;
-use super::tree::{Content, Node, Syntax, byte_at, options};
+use super::tree::{Content, Node, Syntax, line_column, options};
 use crate::{DidYouMean, nearest};
 
 /// Name of the newtype that takes a value's text instead of the value.
@@ -40,62 +41,60 @@ impl<'de> Deserialize<'de> for Raw {
     }
 }
 
-/// What is wrong with a text: the byte where it is, the key path, and the message.
-#[derive(Debug)]
-pub(crate) struct Misread {
-    pub(crate) byte: usize,
-    pub(crate) path: String,
-    pub(crate) problem: String,
-}
-
-/// Reads a text, called `whole` in messages.
-pub(crate) fn read<T: DeserializeOwned>(
+/// Reads settings from a text in RON (`Some` may be left out) or JSON. Messages name it `origin` and call it `whole`.
+///
+/// # Errors
+/// [`TextError::At`]: where the text departs from the format first.
+pub fn parse<T: DeserializeOwned>(
     text: &str,
     syntax: Syntax,
+    origin: &str,
     whole: &str,
-) -> Result<T, Misread> {
+) -> Result<T, TextError> {
+    let at = |position: (usize, usize), path: String, problem: String| TextError::At {
+        place: Place {
+            origin: origin.to_owned(),
+            position: Some(position),
+        },
+        path,
+        problem,
+    };
     let sound = syntax != Syntax::Json || serde_json::from_str::<IgnoredAny>(text).is_ok();
-    let tree = syntax.tree(text).filter(|_| sound);
-    let Some(tree) = tree else {
-        return Err(unreadable(text, syntax));
+    let Some(tree) = syntax.tree(text).filter(|_| sound) else {
+        let (position, problem) = unreadable(text, syntax);
+        return Err(at(position, String::new(), problem));
     };
     let value = Value {
         text,
         syntax,
         node: &tree,
     };
-    T::deserialize(value).map_err(|error| error.told(text, whole))
+    T::deserialize(value).map_err(|error| {
+        let (byte, path, problem) = error.told(text, whole);
+        at(line_column(text, byte), path, problem)
+    })
 }
 
-/// What the language's own reader says of a text that has no tree.
-fn unreadable(text: &str, syntax: Syntax) -> Misread {
-    let ron = || {
-        let error = options().from_str::<IgnoredAny>(text).err()?;
-        let start = error.span.start;
-        let mut told = error.code.to_string();
-        if let Some(first) = told.get_mut(..1) {
-            first.make_ascii_lowercase();
-        }
-        Some((byte_at(text, start.line, start.col), told))
-    };
-    let json = || {
-        let error = serde_json::from_str::<IgnoredAny>(text).err()?;
-        let told = error.to_string();
-        // The position comes before the problem.
-        let told = (told.rsplit_once(" at line ")).map_or(&*told, |(told, _)| told);
-        Some((byte_at(text, error.line(), error.column()), told.to_owned()))
-    };
+/// What the language's own reader says of a text that has no tree, and the line and the column.
+fn unreadable(text: &str, syntax: Syntax) -> ((usize, usize), String) {
     let found = match syntax {
-        Syntax::Ron => ron(),
-        Syntax::Json => json(),
+        Syntax::Ron => options().from_str::<IgnoredAny>(text).err().map(|error| {
+            let (start, mut told) = (error.span.start, error.code.to_string());
+            if let Some(first) = told.get_mut(..1) {
+                first.make_ascii_lowercase();
+            }
+            ((start.line, start.col), told)
+        }),
+        Syntax::Json => serde_json::from_str::<IgnoredAny>(text).err().map(|error| {
+            let told = error.to_string();
+            // The position comes before the problem.
+            let told = (told.rsplit_once(" at line ")).map_or(&*told, |(told, _)| told);
+            ((error.line(), error.column()), told.to_owned())
+        }),
     };
-    let unseen = || (0, "brackets or separators do not fit".to_owned());
-    let (byte, problem) = found.unwrap_or_else(unseen);
-    Misread {
-        byte,
-        path: String::new(),
-        problem,
-    }
+    let unseen = || ((1, 1), "brackets or separators do not fit".to_owned());
+    let ((line, column), problem) = found.unwrap_or_else(unseen);
+    ((line.max(1), column.max(1)), problem)
 }
 
 /// What is wrong, and where once it is known.
@@ -144,7 +143,8 @@ impl ValueError {
         self
     }
 
-    fn told(mut self, text: &str, whole: &str) -> Misread {
+    /// The byte where it is, the key path and the message.
+    fn told(mut self, text: &str, whole: &str) -> (usize, String, String) {
         self.path.reverse();
         let path = KeyPath(self.path).to_string();
         let owner = if path.is_empty() { whole } else { &path };
@@ -164,11 +164,7 @@ impl ValueError {
             }
             Problem::Said(said) => format!("{owner}: {said}"),
         };
-        Misread {
-            byte: span.start,
-            path,
-            problem,
-        }
+        (span.start, path, problem)
     }
 }
 
@@ -261,14 +257,6 @@ impl<'a> Value<'a> {
         } else {
             name
         }
-    }
-
-    fn is_none(self) -> bool {
-        let none = match self.syntax {
-            Syntax::Ron => "None",
-            Syntax::Json => "null",
-        };
-        self.written() == none
     }
 
     fn wrong(self, must: impl Into<String>) -> ValueError {
@@ -366,8 +354,12 @@ impl<'de> Deserializer<'de> for Value<'_> {
     }
 
     fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ValueError> {
+        let none = match self.syntax {
+            Syntax::Ron => "None",
+            Syntax::Json => "null",
+        };
         match &self.node.content {
-            Content::Leaf if self.is_none() => visitor.visit_none(),
+            Content::Leaf if self.written() == none => visitor.visit_none(),
             Content::Tuple { named: true, items } if items.len() == 1 && self.name() == "Some" => {
                 visitor.visit_some(self.of(&items[0]))
             }
@@ -497,10 +489,6 @@ impl<'de> SeqAccess<'de> for &mut Items<'_> {
         };
         let value = seed.deserialize(self.value.of(node)).map(Some);
         value.map_err(|error| error.at(&node.span).under(Segment::Index(index)))
-    }
-
-    fn size_hint(&self) -> Option<usize> {
-        Some(self.items.len())
     }
 }
 

@@ -37,21 +37,7 @@ impl Show {
                     self.note(To::One(client), "there is no stroke to undo");
                 }
             }
-            Control::Save { name } => {
-                let Some(name) = folder_name(&name) else {
-                    let text = "a name has up to 60 letters, digits, spaces, - and _";
-                    self.complain(To::One(client), text);
-                    return Ok(());
-                };
-                let name = self.free(|number| match number {
-                    1 => name.to_owned(),
-                    _ => format!("{name}-{number}"),
-                });
-                let folder = OutputFolder::create(&self.folder.path().join(name))?;
-                let files = self.session.save(&folder)?;
-                let folder = folder.path().display().to_string();
-                self.server.tell(To::All, &Told::Saved { folder, files });
-            }
+            Control::Save { name } => self.save(client, &name)?,
             Control::Picture(asked) => self.picture(client, &asked),
             Control::Scene { name } => {
                 let scene = self.sources.scene(&name)?;
@@ -80,6 +66,24 @@ impl Show {
         Ok(())
     }
 
+    /// Saves the session in a folder of a name.
+    fn save(&mut self, client: ClientId, asked: &str) -> Result<(), SessionError> {
+        let Some(name) = folder_name(asked) else {
+            let text = "a name has up to 60 letters, digits, spaces, - and _";
+            self.complain(To::One(client), text);
+            return Ok(());
+        };
+        let name = self.free(|number| match number {
+            1 => name.to_owned(),
+            _ => format!("{name}-{number}"),
+        });
+        let folder = OutputFolder::create(&self.folder.path().join(name))?;
+        let files = self.session.save(&folder)?;
+        let folder = folder.path().display().to_string();
+        self.server.tell(To::All, &Told::Saved { folder, files });
+        Ok(())
+    }
+
     /// Shows another scene.
     pub(super) fn show(&mut self, scene: Scene) -> Result<(), SessionError> {
         self.session = Session::new(&scene)?;
@@ -101,26 +105,22 @@ impl Show {
             value.filter(|value| (low..=high).contains(value))
         };
         let asked = [gravity, damping, stiffness];
-        let taken = [
-            within(gravity, -100.0, 100.0),
-            within(damping, 0.0, 1000.0),
-            within(stiffness, 10.0, 1e9),
-        ];
-        if asked != taken {
-            self.complain(
-                To::One(client),
-                "a value is out of its range and left as it was",
-            );
+        let gravity = within(gravity, -100.0, 100.0);
+        let damping = within(damping, 0.0, 1000.0);
+        let stiffness = within(stiffness, 10.0, 1e9);
+        if asked != [gravity, damping, stiffness] {
+            let text = "a value is out of its range and left as it was";
+            self.complain(To::One(client), text);
         }
-        if let Some(gravity) = taken[0] {
+        if let Some(gravity) = gravity {
             let scene = self.base.gravity.map_or(DVec3::ZERO, |g| g.acceleration);
             let down = scene.try_normalize().unwrap_or(DVec3::NEG_Z);
             self.session.set_gravity(down * gravity);
         }
-        if let Some(damping) = taken[1] {
+        if let Some(damping) = damping {
             self.session.set_damping(damping);
         }
-        if let Some(stiffness) = taken[2] {
+        if let Some(stiffness) = stiffness {
             let mut scene = self.base.clone();
             for body in &mut scene.bodies {
                 body.material.youngs_modulus = stiffness;

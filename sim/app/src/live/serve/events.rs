@@ -1,5 +1,6 @@
 //! What clients' users do.
 
+use glam::DVec3;
 use phyxel_live::{ClientId, Event, Hand, HandPhase, To};
 
 use super::Show;
@@ -90,31 +91,7 @@ impl Show {
                     _ => self.session.lead_tool(tool, pose),
                 }
             }
-            Hand::Edge { phase, points } => {
-                let how = "someone else is cutting";
-                if self.is_taken(self.owners.blade, client, phase, how) {
-                    return;
-                }
-                match phase {
-                    HandPhase::Begin => {
-                        self.owners.blade = self.session.begin_stroke(points).then_some(client);
-                        if self.owners.blade.is_none() {
-                            let text =
-                                "many strokes wait already; let the blade make them, or undo";
-                            self.complain(To::One(client), text);
-                        }
-                    }
-                    _ if self.owners.blade.is_none() => {}
-                    HandPhase::Move => self.session.lead_stroke(&points),
-                    HandPhase::End => {
-                        if points.len() >= 2 {
-                            self.session.lead_stroke(&points);
-                        }
-                        self.session.end_stroke();
-                        self.owners.blade = None;
-                    }
-                }
-            }
+            Hand::Edge { phase, points } => self.edge(client, phase, points),
             Hand::Grip {
                 phase,
                 position,
@@ -135,6 +112,32 @@ impl Show {
                         self.session.let_go();
                     }
                 }
+            }
+        }
+    }
+
+    /// Drives the blade.
+    fn edge(&mut self, client: ClientId, phase: HandPhase, points: Vec<DVec3>) {
+        let how = "someone else is cutting";
+        if self.is_taken(self.owners.blade, client, phase, how) {
+            return;
+        }
+        match phase {
+            HandPhase::Begin => {
+                self.owners.blade = self.session.begin_stroke(points).then_some(client);
+                if self.owners.blade.is_none() {
+                    let text = "many strokes wait already; let the blade make them, or undo";
+                    self.complain(To::One(client), text);
+                }
+            }
+            _ if self.owners.blade.is_none() => {}
+            HandPhase::Move => self.session.lead_stroke(&points),
+            HandPhase::End => {
+                if points.len() >= 2 {
+                    self.session.lead_stroke(&points);
+                }
+                self.session.end_stroke();
+                self.owners.blade = None;
             }
         }
     }

@@ -193,10 +193,7 @@ mod tests {
                 break;
             }
             let way = lead.edge[0].distance(last);
-            assert!(
-                way <= LARGEST_SPEED * 1e-3 * (1.0 + 1e-9),
-                "{way} m in a step"
-            );
+            assert!(way <= LARGEST_SPEED * 1e-3 * (1.0 + 1e-9), "{way} m");
             last = lead.edge[0];
         }
         assert_eq!(captures.last(), Some(&DVec3::new(0.01, 0.01, 0.0)));

@@ -3,7 +3,6 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::text::tree::line_column;
 
 /// A number as scenes have them: of any size, and its neighbours in binary.
 fn number() -> impl Strategy<Value = f64> {
@@ -54,20 +53,6 @@ proptest! {
         prop_assert_eq!(&again, &scene);
     }
 
-    /// Any text is a scene or an error with a position in it.
-    #[test]
-    fn any_text_is_read_or_refused(text in "[\\[\\](){}:,.\"'a-z0-9é \n/*#-]{0,60}") {
-        for syntax in [Syntax::Ron, Syntax::Json] {
-            if let Err(error) = parse::<Scene>(&text, syntax, "a", "the scene") {
-                let TextError::At { place, .. } = error else {
-                    return Err(TestCaseError::fail("no place"));
-                };
-                let (line, _) = place.position.expect("the text is at hand");
-                prop_assert!((1..=text.lines().count() + 1).contains(&line));
-            }
-        }
-    }
-
     /// An override gives its value to the key that it names and to no other.
     #[test]
     fn an_override_changes_its_key_alone(scene in scene(), modulus in positive()) {
@@ -79,29 +64,5 @@ proptest! {
         expected.bodies[0].material.youngs_modulus = modulus;
         let changed: Scene = parse(&changed, Syntax::Ron, "a", "the scene").expect("RON");
         prop_assert_eq!(changed, expected);
-    }
-
-    /// A misspelt key is refused at its position, and the key that was meant is named.
-    #[test]
-    fn a_misspelt_key_is_named(scene in scene(), at in 1_usize..14) {
-        let text = to_ron(&scene);
-        let key = "youngs_modulus";
-        let misspelt = format!("{}{}", &key[..at], &key[at + 1..]);
-        prop_assume!(misspelt != key);
-        let byte = text.find(key).expect("it is there");
-        let broken = text.replacen(key, &misspelt, 1);
-        let error = parse::<Scene>(&broken, Syntax::Ron, "a", "the scene").expect_err("misspelt");
-        let TextError::At { place, problem, .. } = error else {
-            return Err(TestCaseError::fail("no place"));
-        };
-        prop_assert_eq!(place.position, Some(line_column(&broken, byte)));
-        prop_assert!(problem.contains("did you mean 'youngs_modulus'"), "{}", problem);
-    }
-
-    /// A key path is read as it is written.
-    #[test]
-    fn key_paths_round_trip(path in "[a-z_]{1,8}(\\[[0-9]{1,3}\\]){0,2}(\\.[a-z_]{1,8}(\\[[1-9][0-9]{0,2}\\])?){0,3}") {
-        let read = KeyPath::parse(&path).expect("it is a path");
-        prop_assert_eq!(KeyPath::parse(&read.to_string()), Some(read));
     }
 }
