@@ -5,11 +5,10 @@ use std::fmt;
 
 use glam::DVec3;
 
-use crate::mesh::error::RepairError;
-use crate::mesh::hierarchy::{Hierarchy, winding_number};
-use crate::mesh::intersections::self_intersections;
-use crate::mesh::topology::{Edges, boundary_loops, orient};
-use crate::mesh::{Bounds, Mesh, index};
+use crate::mesh::{
+    Bounds, Edges, Hierarchy, Mesh, RepairError, boundary_loops, index, orient, self_intersections,
+    winding_number,
+};
 
 /// Points of a part that are asked whether they lie in another one.
 const SAMPLES: usize = 5;

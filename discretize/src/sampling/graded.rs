@@ -9,14 +9,10 @@ use std::collections::HashMap;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::mesh::index;
-use crate::mesh::sums::{rows, tetrahedron_volume};
-use crate::mesh::union_find::Groups;
-use crate::sampling::background::{Background, Edge, Visit};
-use crate::sampling::error::SampleError;
-use crate::sampling::lattice::{WARP_LONG, WARP_SHORT};
-use crate::sampling::octree::{Cell, Octree};
-use crate::sampling::oracle::Oracle;
+use crate::mesh::{Groups, index, rows, tetrahedron_volume};
+use crate::sampling::{
+    Background, Cell, Edge, Octree, SampleError, Solid, Visit, WARP_LONG, WARP_SHORT,
+};
 
 /// Tetrahedra that one thread cuts at a time.
 const CHUNK: usize = 4096;
@@ -201,11 +197,11 @@ impl Background for Graded<'_> {
         self.octree.edge(self.width[id as usize])
     }
 
-    fn signs(&self, oracle: &Oracle<'_>) -> Result<Vec<i8>, SampleError> {
+    fn signs(&self, solid: &Solid) -> Result<Vec<i8>, SampleError> {
         // Points of a leaf that the surface does not touch share their sign.
         let n = self.points.len();
         let mut alike = Groups::new(n);
-        if oracle.solid.mesh().is_some() {
+        if solid.mesh().is_some() {
             for [a, b] in &self.calm {
                 alike.join(*a, *b);
             }
@@ -216,7 +212,7 @@ impl Background for Graded<'_> {
             .with_min_len(256)
             .map(|v| {
                 if roots[v] as usize == v {
-                    oracle.sign_at(self.position(index(v)))
+                    solid.sign_at(self.position(index(v)))
                 } else {
                     Ok(0)
                 }

@@ -4,10 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::mesh::Bounds;
-use crate::sampling::counts::too_fine;
-use crate::sampling::error::SampleError;
-use crate::sampling::grading::Grading;
-use crate::sampling::solid::Solid;
+use crate::sampling::{Grading, SampleError, Solid, too_fine};
 
 /// Most halvings between the largest and the smallest cell.
 const MOST_LEVELS: u32 = 10;

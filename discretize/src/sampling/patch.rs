@@ -4,10 +4,8 @@ use std::collections::BTreeSet;
 
 use glam::DVec3;
 
-use crate::mesh::index;
-use crate::mesh::sums::boundary_triangles;
-use crate::sampling::quality::faces;
-use crate::sampling::stuffing::Stuffed;
+use crate::mesh::{boundary_triangles, index};
+use crate::sampling::{Stuffed, faces};
 
 /// `sqrt(V_i / K_i)` over the cell, `K_i = sum_T V_T / h_T^2` with the heights of the node, above
 /// which a node is good enough. A node of the lattice has 0.36; the explicit step is about three
