@@ -4,17 +4,23 @@
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::{DMat3, DVec3, Vec3};
 use phyxel_splat::{
-    Camera, CutSampler, DrawMode, RenderSettings, Renderer, Splats, Tissue, TissueSettings,
+    Camera, CutSampler, DrawMode, RenderSettings, Renderer, Splat, Surfel, Tissue, TissueSettings,
     TissueTexture, covering_radii,
 };
 use std::hint::black_box;
 use testkit::cloud::golden_sphere;
 
-/// A sphere of radius 0.1 m on a golden spiral, in 8,000 nodes.
-fn sphere(n: u32) -> (Tissue, Vec<DVec3>) {
+/// Positions, normals and areas of a sphere of radius 0.1 m on a golden spiral.
+fn samples(n: u32) -> (Vec<DVec3>, Vec<DVec3>, Vec<f64>) {
     let normals = golden_sphere(n);
     let x: Vec<DVec3> = normals.iter().map(|p| *p * 0.1).collect();
     let areas = vec![4.0 * std::f64::consts::PI * 0.01 / f64::from(n); x.len()];
+    (x, normals, areas)
+}
+
+/// Them in 8,000 nodes.
+fn sphere(n: u32) -> (Tissue, Vec<DVec3>) {
+    let (x, normals, areas) = samples(n);
     let mut nodes = Vec::new();
     for i in 0..20_i32.pow(3) {
         let p = DVec3::new(
@@ -34,11 +40,10 @@ fn radii(c: &mut Criterion) {
     let mut group = c.benchmark_group("splat/covering_radii");
     group.sample_size(10);
     for n in SIZES {
-        let (tissue, _) = sphere(n);
-        let s = tissue.surfels();
+        let (x, normals, _) = samples(n);
         group.throughput(Throughput::Elements(u64::from(n)));
         group.bench_function(BenchmarkId::new("all", n), |b| {
-            b.iter(|| black_box(covering_radii(&s.positions, &s.normals)));
+            b.iter(|| black_box(covering_radii(&x, &normals)));
         });
     }
     group.finish();
@@ -49,11 +54,11 @@ fn bind(c: &mut Criterion) {
     let mut group = c.benchmark_group("splat/bind");
     group.sample_size(10);
     for n in SIZES {
-        let (tissue, nodes) = sphere(n);
-        let (s, settings) = (tissue.surfels(), TissueSettings::default());
+        let ((x, normals, areas), (_, nodes)) = (samples(n), sphere(n));
+        let settings = TissueSettings::default();
         group.throughput(Throughput::Elements(u64::from(n)));
         group.bench_function(BenchmarkId::new("8 nodes", n), |b| {
-            b.iter(|| Tissue::new(&s.positions, &s.normals, &s.areas, &nodes, &settings));
+            b.iter(|| Tissue::new(&x, &normals, &areas, &nodes, &settings));
         });
     }
     group.finish();
@@ -64,7 +69,7 @@ fn carry(c: &mut Criterion) {
     for n in SIZES {
         let (tissue, nodes) = sphere(n);
         let gradients = vec![DMat3::from_rotation_x(0.1); nodes.len()];
-        let mut splats = Splats::default();
+        let mut splats = Vec::new();
         group.throughput(Throughput::Elements(u64::from(n)));
         group.bench_function(BenchmarkId::new("8 nodes", n), |b| {
             b.iter(|| tissue.carry_into(black_box(&nodes), &gradients, &mut splats));
@@ -86,8 +91,8 @@ fn draw(c: &mut Criterion) {
     );
     for n in SIZES {
         let (tissue, _) = sphere(n);
-        let splats = Splats::at_rest(tissue.surfels());
-        let colors = vec![Vec3::new(0.2, 0.05, 0.03); splats.positions.len()];
+        let splats: Vec<Splat> = tissue.surfels().iter().map(Surfel::at_rest).collect();
+        let colors = vec![Vec3::new(0.2, 0.05, 0.03); splats.len()];
         group.throughput(Throughput::Elements(u64::from(n)));
         for (mode, samples, name) in [
             (DrawMode::Disks, 1, "disks"),
@@ -107,7 +112,7 @@ fn draw(c: &mut Criterion) {
         }
     }
     let (tissue, _) = sphere(10_000);
-    let splats = Splats::at_rest(tissue.surfels());
+    let splats: Vec<Splat> = tissue.surfels().iter().map(Surfel::at_rest).collect();
     let colors = TissueTexture::liver(0.2).colors(tissue.surfels());
     let mut renderer = Renderer::new(RenderSettings::default());
     let frame = renderer.draw(&tissue.view(&splats, &colors), &[], &camera);

@@ -4,8 +4,7 @@
     reason = "places in a tile are counted and converted by one table"
 )]
 
-use crate::render::image::Image;
-use crate::render::project::{Appearance, Chunk, Projected, TILE, Wall};
+use crate::render::{Appearance, Chunk, Image, Projected, TILE, Wall};
 use glam::{Vec2, Vec3, Vec4};
 
 /// Samples of a row that are worked on at a time; they fill a [`Vec4`].

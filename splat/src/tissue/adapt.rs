@@ -1,8 +1,7 @@
 //! Surfels that lie closer together where the surface is more curved.
 
 use crate::cast::{count, index};
-use crate::tissue::radii::shape_operators;
-use crate::tissue::tree::{NodeTree, point_tree};
+use crate::tissue::{NodeTree, point_tree, shape_operators};
 use glam::DVec3;
 use rstar::primitives::GeomWithData;
 use std::cmp::Reverse;

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use phyxel_mls::Neighborhoods;
-use phyxel_splat::{Binding, ColorScale, DrawnMesh, Splats};
+use phyxel_splat::{Binding, ColorScale, DrawnMesh, Splat};
 
 use super::markers::Markers;
 
@@ -61,10 +61,11 @@ pub(super) fn drawn_pairs(
 }
 
 /// Normals of splats, as lines of a `length` (m).
-pub(super) fn drawn_normals(splats: &Splats, length: f64) -> DrawnMesh {
+pub(super) fn drawn_normals(splats: &[Splat], length: f64) -> DrawnMesh {
     let mut lines = Markers::default();
-    for (&from, normal) in splats.positions.iter().zip(&splats.normals) {
-        lines.line(from, from + length * *normal, 0.03 * length);
+    for splat in splats {
+        let to = splat.position + length * splat.normal;
+        lines.line(splat.position, to, 0.03 * length);
     }
     lines.colored(GREEN)
 }

@@ -29,11 +29,12 @@ pub(super) fn meshes(show: Show, body: &Body, skin: &DrawnTissue) -> Vec<DrawnMe
         Show::Normals { length } => vec![drawn_normals(skin.splats(), length)],
         Show::Binding { surfel } => {
             let surfel = surfel as usize;
-            let Some(&place) = skin.splats().positions.get(surfel) else {
+            let Some(splat) = skin.splats().get(surfel) else {
                 return Vec::new();
             };
             let nodes = body.smoothed_positions();
-            drawn_binding(skin.tissue.binding(), surfel, place, &nodes, body.spacing)
+            let binding = skin.tissue.binding();
+            drawn_binding(binding, surfel, splat.position, &nodes, body.spacing)
         }
     }
 }

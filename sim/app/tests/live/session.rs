@@ -307,9 +307,8 @@ fn strokes_are_undone_one_by_one() {
     let state = |session: &Session| {
         let surfels = session.painter().skins()[0].tissue.surfels();
         let sums = surfels
-            .positions
             .iter()
-            .map(|x| x.to_array().map(f64::to_bits));
+            .map(|surfel| surfel.position.to_array().map(f64::to_bits));
         (
             session.world().steps(),
             positions(session),
