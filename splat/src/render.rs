@@ -29,8 +29,8 @@ use noise::slope_noise;
 pub(crate) use noise::{fractal_noise, gradient_noise};
 use project::{Appearance, Chunk, Contribution, Facing, Projected, Raster, TILE, Wall, project};
 use raster::{
-    ImagePatch, ScreenTriangle, Sums, TileBuffers, blend_splats, draw_splats, draw_triangles,
-    fill_gaps,
+    ImagePatch, ScreenTriangle, Sums, TileBuffers, blend_near, blend_splats, draw_triangles,
+    fill_gaps, find_surface,
 };
 use resolve::{LitTriangle, Shader, TilePixels};
 pub use scene::{
@@ -76,7 +76,6 @@ pub struct Renderer {
     tiles: Vec<TilePixels>,
     chunks: Vec<Chunk>,
     behind: Vec<Chunk>,
-    plain: Surface,
 }
 
 impl Renderer {
@@ -97,7 +96,6 @@ impl Renderer {
             tiles: Vec::new(),
             chunks: Vec::new(),
             behind: Vec::new(),
-            plain: Surface::default(),
         }
     }
 
@@ -112,54 +110,44 @@ impl Renderer {
     /// # Panics
     /// If the view's slices differ in length.
     pub fn draw(&mut self, view: &SplatView<'_>, meshes: &[DrawnMesh], camera: &Camera) -> Frame {
-        let n = view.splats.len();
-        let fits = [view.surfels.len(), view.colors.len()] == [n; 2]
-            && (view.clips.is_empty() || view.clips.len() == n);
-        assert!(fits, "one surfel, colour and clip per splat");
-        let ss = index(self.settings.samples);
-        let RenderSettings { width, height, .. } = self.settings;
-        let [w, h] = [width, height].map(|size| index(size) * ss);
-        let raster = Raster {
-            width: w,
-            height: h,
-            tiles: [w.div_ceil(TILE), h.div_ceil(TILE)],
-            mode: self.settings.mode,
-            tolerance: self.settings.tolerance,
-        };
-        let mut chunks = std::mem::take(&mut self.chunks);
-        let mut behind = std::mem::take(&mut self.behind);
-        let mut tiles = std::mem::take(&mut self.tiles);
-        let contribution = |i: usize| self.contribution(view, i);
+        assert!(view.is_whole(), "one surfel, colour and clip per splat");
+        let Self {
+            settings,
+            transfer,
+            tiles,
+            chunks,
+            behind,
+        } = self;
+        let raster = Raster::new(settings);
+        let contribution = |i: usize| contribution(settings, view, i);
         let project = |facing: Facing, chunks: &mut Vec<Chunk>| {
             project(view, camera, &raster, facing, &contribution, chunks);
         };
-        project(|cosine| cosine < 0.0, &mut chunks);
+        project(|cosine| cosine < 0.0, chunks);
         let inside = view.inside.filter(|_| raster.mode == DrawMode::ThreePass);
         match inside {
-            Some(_) => project(|cosine| cosine > AWAY, &mut behind),
+            Some(_) => project(|cosine| cosine > AWAY, behind),
             None => behind.clear(),
         }
         let (triangles, lit) = screen_triangles(meshes, camera, &raster);
         let shader = Shader {
-            settings: &self.settings,
-            transfer: &self.transfer,
+            settings,
+            transfer,
             camera,
-            lights: &Lights::new(&self.settings.lighting),
+            lights: &Lights::new(&settings.lighting),
             lit: &lit,
             meshes,
         };
         tiles.resize_with(raster.tiles[0] * raster.tiles[1], TilePixels::default);
-        let surfaces = &self.settings.surfaces;
-        let coated = surfaces.iter().any(|surface| surface.coat.is_some());
-        let patch = |splat: u32| self.patch(&view.surfels[index(splat)], coated);
+        let coated = settings.surfaces.iter().any(|s| s.coat.is_some());
+        let patch = |splat: u32| patch(settings, &view.surfels[index(splat)], coated);
         tiles.par_iter_mut().enumerate().for_each_init(
             TileBuffers::new,
             |buffers, (tile, pixels)| {
                 let origin = [tile % raster.tiles[0] * TILE, tile / raster.tiles[0] * TILE];
                 let from = origin.map(|o| i32::try_from(o).unwrap_or(i32::MAX));
-                if triangles[tile].is_empty()
-                    && chunks.iter().chain(&behind).all(|c| c.is_empty_in(tile))
-                {
+                let mut all = chunks.iter().chain(&*behind);
+                if triangles[tile].is_empty() && all.all(|c| c.is_empty_in(tile)) {
                     shader.fill(origin[1], pixels);
                     return;
                 }
@@ -167,101 +155,98 @@ impl Renderer {
                 draw_triangles(&triangles[tile], from, buffers);
                 if raster.mode == DrawMode::SinglePass {
                     let tone = |p: &Projected, appearance: &Appearance| shader.tone(p, appearance);
-                    blend_splats(&chunks, tile, from, &tone, buffers);
+                    blend_splats(chunks, tile, from, &tone, buffers);
                 } else {
-                    draw_splats(&chunks, tile, from, &patch, buffers);
+                    find_surface(chunks, tile, from, buffers);
+                    blend_near(chunks, tile, from, &patch, buffers);
                 }
                 if let Some(inside) = inside {
-                    fill_gaps(&behind, tile, from, inside, buffers);
+                    fill_gaps(behind, tile, from, inside, buffers);
                 }
                 shader.finish(buffers, origin, pixels);
             },
         );
-        self.chunks = chunks;
-        self.behind = behind;
-        let frame = self.assemble(&tiles, raster.tiles[0], TILE / ss);
-        self.tiles = tiles;
-        frame
+        assemble(settings, tiles, raster.tiles[0])
     }
+}
 
-    /// What a splat adds to the samples it is blended into.
-    fn contribution(&self, view: &SplatView<'_>, splat: usize) -> Contribution {
-        let surfel = &view.surfels[splat];
-        let s = self.surface(surfel.material);
-        let cells = f64::from(s.relief_frequency);
-        let point = (surfel.position * cells).as_vec3();
-        Contribution {
-            color: view.colors[splat].extend(s.specular),
-            point: point.extend(s.relief),
-            along: (surfel.axes()).map(|axis| (axis * cells).as_vec3().extend(0.0)),
-            shininess: s.shininess,
-        }
+/// What a splat adds to the samples it is blended into.
+fn contribution(settings: &RenderSettings, view: &SplatView<'_>, splat: usize) -> Contribution {
+    let surfel = &view.surfels[splat];
+    let s = settings.surface(surfel.material);
+    let cells = f64::from(s.relief_frequency);
+    let point = (surfel.position * cells).as_vec3();
+    Contribution {
+        color: view.colors[splat].extend(s.specular),
+        point: point.extend(s.relief),
+        along: (surfel.axes()).map(|axis| (axis * cells).as_vec3().extend(0.0)),
+        shininess: s.shininess,
     }
+}
 
-    /// The image on a splat, if any.
-    fn patch(&self, surfel: &Surfel, coated: bool) -> Option<ImagePatch<'_>> {
-        if let Some(place) = surfel.place
-            && let Some(image) = self.settings.images.get(usize::from(place.image))
-        {
-            let radius = single(surfel.radius);
-            return Some(ImagePatch {
-                image,
-                at: place.at,
-                along: place.along.map(|along| along * radius),
-            });
-        }
-        let surface = coated.then(|| self.surface(surfel.material))?;
-        let coat = surface.coat.as_ref()?;
-        let (width, height) = coat.image.size();
-        let aspect = width as f64 / height as f64;
-        let projection = BoxProjection::new(surfel.normal, coat.size, aspect);
-        Some(ImagePatch {
-            image: &coat.image,
-            at: projection.at(surfel.position),
-            along: surfel.axes().map(|axis| projection.at(axis)),
-        })
+/// The image on a splat, if any.
+fn patch<'a>(
+    settings: &'a RenderSettings,
+    surfel: &Surfel,
+    coated: bool,
+) -> Option<ImagePatch<'a>> {
+    if let Some(place) = surfel.place
+        && let Some(image) = settings.images.get(usize::from(place.image))
+    {
+        let radius = single(surfel.radius);
+        return Some(ImagePatch {
+            image,
+            at: place.at,
+            along: place.along.map(|along| along * radius),
+        });
     }
+    let surface = coated.then(|| settings.surface(surfel.material))?;
+    let coat = surface.coat.as_ref()?;
+    let (width, height) = coat.image.size();
+    let aspect = width as f64 / height as f64;
+    let projection = BoxProjection::new(surfel.normal, coat.size, aspect);
+    Some(ImagePatch {
+        image: &coat.image,
+        at: projection.at(surfel.position),
+        along: surfel.axes().map(|axis| projection.at(axis)),
+    })
+}
 
-    fn surface(&self, material: u16) -> &Surface {
-        let surfaces = &self.settings.surfaces;
-        surfaces.get(usize::from(material)).unwrap_or(&self.plain)
-    }
-
-    fn assemble(&self, tiles: &[TilePixels], tiles_per_row: usize, side: usize) -> Frame {
-        let (w, h) = (index(self.settings.width), index(self.settings.height));
-        let mut pixels = vec![[0_u8; 4]; w * h];
-        let mut depth = vec![f32::INFINITY; w * h];
-        pixels
-            .par_chunks_mut(w)
-            .zip(depth.par_chunks_mut(w))
-            .enumerate()
-            .with_min_len(16)
-            .for_each(|(y, (colors, depths))| {
-                let (ty, sy) = (y / side, y % side);
-                for tx in 0..w.div_ceil(side) {
-                    let tile = &tiles[ty * tiles_per_row + tx];
-                    let (from, to) = (tx * side, ((tx + 1) * side).min(w));
-                    let row = sy * side..sy * side + to - from;
-                    colors[from..to].copy_from_slice(&tile.color[row.clone()]);
-                    depths[from..to].copy_from_slice(&tile.depth[row]);
-                }
-            });
-        let mut normals = Vec::new();
-        if self.settings.keep_normals {
-            normals.resize(w * h, Vec3::ZERO);
-            for (k, normal) in normals.iter_mut().enumerate() {
-                let (x, y) = (k % w, k / w);
-                let tile = &tiles[y / side * tiles_per_row + x / side];
-                *normal = tile.normals[y % side * side + x % side];
+fn assemble(settings: &RenderSettings, tiles: &[TilePixels], tiles_per_row: usize) -> Frame {
+    let side = TILE / index(settings.samples);
+    let (w, h) = (index(settings.width), index(settings.height));
+    let mut pixels = vec![[0_u8; 4]; w * h];
+    let mut depth = vec![f32::INFINITY; w * h];
+    pixels
+        .par_chunks_mut(w)
+        .zip(depth.par_chunks_mut(w))
+        .enumerate()
+        .with_min_len(16)
+        .for_each(|(y, (colors, depths))| {
+            let (ty, sy) = (y / side, y % side);
+            for tx in 0..w.div_ceil(side) {
+                let tile = &tiles[ty * tiles_per_row + tx];
+                let (from, to) = (tx * side, ((tx + 1) * side).min(w));
+                let row = sy * side..sy * side + to - from;
+                colors[from..to].copy_from_slice(&tile.color[row.clone()]);
+                depths[from..to].copy_from_slice(&tile.depth[row]);
             }
+        });
+    let mut normals = Vec::new();
+    if settings.keep_normals {
+        normals.resize(w * h, Vec3::ZERO);
+        for (k, normal) in normals.iter_mut().enumerate() {
+            let (x, y) = (k % w, k / w);
+            let tile = &tiles[y / side * tiles_per_row + x / side];
+            *normal = tile.normals[y % side * side + x % side];
         }
-        Frame {
-            width: self.settings.width,
-            height: self.settings.height,
-            pixels,
-            depth,
-            normals,
-        }
+    }
+    Frame {
+        width: settings.width,
+        height: settings.height,
+        pixels,
+        depth,
+        normals,
     }
 }
 

@@ -1,7 +1,7 @@
 //! Splats on the screen: the map from pixels to disk coordinates, and which tiles a splat meets.
 
 use crate::cast::{count, index, pixel, single};
-use crate::render::{Camera, Clip, DrawMode, Lens, Splat, SplatView};
+use crate::render::{Camera, Clip, DrawMode, Lens, RenderSettings, Splat, SplatView};
 use glam::{DMat3, DVec3, Vec4};
 use rayon::prelude::*;
 
@@ -108,6 +108,18 @@ pub(crate) struct Raster {
 }
 
 impl Raster {
+    pub(crate) fn new(settings: &RenderSettings) -> Self {
+        let per_pixel = index(settings.samples);
+        let [width, height] = [settings.width, settings.height].map(|n| index(n) * per_pixel);
+        Self {
+            width,
+            height,
+            tiles: [width.div_ceil(TILE), height.div_ceil(TILE)],
+            mode: settings.mode,
+            tolerance: settings.tolerance,
+        }
+    }
+
     /// The samples of the image in a box between two corners, half-open; `None` where there are none.
     pub(crate) fn bounds(&self, [low, high]: [[f64; 2]; 2]) -> Option<[i32; 4]> {
         let clamp =

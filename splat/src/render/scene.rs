@@ -45,15 +45,18 @@ pub struct Surface {
     pub relief_frequency: f32,
 }
 
+/// What a splat without a surface of its own takes.
+static PLAIN: Surface = Surface {
+    coat: None,
+    specular: 0.35,
+    shininess: 50.0,
+    relief: 0.0,
+    relief_frequency: 400.0,
+};
+
 impl Default for Surface {
     fn default() -> Self {
-        Self {
-            coat: None,
-            specular: 0.35,
-            shininess: 50.0,
-            relief: 0.0,
-            relief_frequency: 400.0,
-        }
+        PLAIN.clone()
     }
 }
 
@@ -164,6 +167,12 @@ impl Default for RenderSettings {
     }
 }
 
+impl RenderSettings {
+    pub(crate) fn surface(&self, material: u16) -> &Surface {
+        self.surfaces.get(usize::from(material)).unwrap_or(&PLAIN)
+    }
+}
+
 /// Splats and what belongs to them; all slices have one entry per splat.
 #[derive(Debug, Clone, Copy)]
 pub struct SplatView<'a> {
@@ -192,5 +201,11 @@ impl<'a> SplatView<'a> {
             clips: &[],
             inside: None,
         }
+    }
+
+    pub(crate) fn is_whole(&self) -> bool {
+        let n = self.splats.len();
+        [self.surfels.len(), self.colors.len()] == [n; 2]
+            && (self.clips.is_empty() || self.clips.len() == n)
     }
 }

@@ -20,7 +20,7 @@ impl Tissue {
     /// The largest radius of new skin (m); its clips are made for that.
     pub(super) fn skin_radius(&self) -> f64 {
         let spread = SKIN_RADIUS * self.sampler.spacing();
-        self.renewal.map_or(spread, |renewal| renewal.map.most())
+        self.renewal.map_or(spread, |renewal| renewal.map.radii[1])
     }
 
     /// New skin on triangles, numbered from `first_triangle`: two surfels per sample inside the body,

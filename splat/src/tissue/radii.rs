@@ -196,7 +196,7 @@ pub(crate) struct RadiusMap {
     /// The smallest and the largest measure.
     ends: [f64; 2],
     /// The smallest and the largest radius (m).
-    radii: [f64; 2],
+    pub(crate) radii: [f64; 2],
 }
 
 impl RadiusMap {
@@ -225,11 +225,6 @@ impl RadiusMap {
             Measure::Density if span > 0.0 => least + (most - least) * rise,
             _ => most - (most - least) * rise,
         }
-    }
-
-    /// The largest radius (m).
-    pub(crate) fn most(&self) -> f64 {
-        self.radii[1]
     }
 }
 

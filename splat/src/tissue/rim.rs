@@ -121,16 +121,12 @@ pub(crate) fn at_surface(
     }
     let mut chosen: Vec<(DVec3, DVec3)> = Vec::new();
     let mut clip = Clip::default();
-    let mut lines: Vec<(DVec2, f64)> = Vec::new();
     for &j in &near {
         let (y, m) = surfels[index(j)].plane();
-        let Some((direction, first, sine)) = line(y, m) else {
+        // A surface nearly parallel to the cut has no rim here.
+        let Some((direction, first, _)) = line(y, m).filter(|&(_, _, sine)| sine >= 0.15) else {
             continue;
         };
-        // A surface nearly parallel to the cut has no rim here.
-        if sine < 0.15 {
-            continue;
-        }
         let fresh = chosen
             .iter()
             .all(|&(z, k)| k.dot(m) < SHARP && (y - z).dot(k) <= 0.0 && (z - y).dot(m) <= 0.0);
@@ -145,21 +141,20 @@ pub(crate) fn at_surface(
         };
         chosen.push((y, m));
         if offset < r {
-            lines.push((direction, offset));
+            clip.edges.push((direction, offset));
         }
         if chosen.len() == MAX_PLANES {
             break;
         }
     }
     for _ in 0..4 {
-        for &(direction, offset) in &lines {
+        for &(direction, offset) in &clip.edges {
             let over = clip.anchor.dot(direction) - (offset - 0.1 * r);
             if over > 0.0 {
                 clip.anchor -= direction * over;
             }
         }
     }
-    clip.edges = lines;
     let eye = x + t0 * clip.anchor.x + t1 * clip.anchor.y;
     let moved = clip.anchor.length();
     let in_body = if moved > 0.0 {

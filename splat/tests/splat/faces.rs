@@ -94,6 +94,7 @@ fn faces_of_a_wound_are_whole_from_all_around() {
         specular: 0.0,
         ..Surface::default()
     };
+    let [top, bottom] = [Vec3::ZERO; 2];
     let mut renderer = Renderer::new(RenderSettings {
         width: SIDE,
         height: SIDE,
@@ -104,10 +105,7 @@ fn faces_of_a_wound_are_whole_from_all_around() {
             sky: Vec3::ONE,
             ground: Vec3::ONE,
         },
-        background: Background {
-            top: Vec3::ZERO,
-            bottom: Vec3::ZERO,
-        },
+        background: Background { top, bottom },
         ..RenderSettings::default()
     });
     let (mut skin, mut specks) = (0, Vec::new());
