@@ -6,18 +6,24 @@ mod time;
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::{DMat3, DVec3, Vec3};
 use phyxel_splat::{
-    Camera, CutSampler, DrawMode, RenderSettings, Renderer, Splats, Tissue, TissueSettings,
+    Camera, CutSampler, DrawMode, RenderSettings, Renderer, Splat, Surfel, Tissue, TissueSettings,
     TissueTexture, covering_radii,
 };
 use std::hint::black_box;
 use testkit::cloud::{golden_sphere, lattice};
 use time::time;
 
-/// A sphere of radius 0.1 m on a golden spiral, in 8,000 nodes.
-fn sphere(n: u32) -> (Tissue, Vec<DVec3>) {
+/// Positions, normals and areas of a sphere of radius 0.1 m on a golden spiral.
+fn samples(n: u32) -> (Vec<DVec3>, Vec<DVec3>, Vec<f64>) {
     let normals = golden_sphere(n);
     let x: Vec<DVec3> = normals.iter().map(|p| *p * 0.1).collect();
     let areas = vec![4.0 * std::f64::consts::PI * 0.01 / f64::from(n); x.len()];
+    (x, normals, areas)
+}
+
+/// Them in 8,000 nodes.
+fn sphere(n: u32) -> (Tissue, Vec<DVec3>) {
+    let (x, normals, areas) = samples(n);
     let nodes = lattice([20; 3], 1.0, 0.0, 0);
     let nodes: Vec<DVec3> = nodes.iter().map(|p| (*p - 9.5) * 0.01).collect();
     let tissue = Tissue::new(&x, &normals, &areas, &nodes, &TissueSettings::default());
@@ -32,14 +38,14 @@ fn stages(c: &mut Criterion) {
     group.sample_size(20);
     for n in SIZES {
         let (tissue, nodes) = sphere(n);
-        let (s, settings) = (tissue.surfels(), TissueSettings::default());
+        let ((x, normals, areas), settings) = (samples(n), TissueSettings::default());
         group.throughput(Throughput::Elements(u64::from(n)));
-        let radii = || covering_radii(&s.positions, &s.normals);
+        let radii = || covering_radii(&x, &normals);
         time(&mut group, "radii", n, radii);
-        let bind = || Tissue::new(&s.positions, &s.normals, &s.areas, &nodes, &settings);
+        let bind = || Tissue::new(&x, &normals, &areas, &nodes, &settings);
         time(&mut group, "bind to 8 nodes", n, bind);
         let gradients = vec![DMat3::from_rotation_x(0.1); nodes.len()];
-        let mut splats = Splats::default();
+        let mut splats = Vec::new();
         time(&mut group, "carry by 8 nodes", n, || {
             tissue.carry_into(black_box(&nodes), &gradients, &mut splats);
         });
@@ -54,8 +60,8 @@ fn draw(c: &mut Criterion) {
     let camera = Camera::framing(-half, half, view, DVec3::Y, 16.0 / 9.0);
     for n in SIZES {
         let (tissue, _) = sphere(n);
-        let splats = Splats::at_rest(tissue.surfels());
-        let colors = vec![Vec3::new(0.2, 0.05, 0.03); splats.positions.len()];
+        let splats: Vec<Splat> = tissue.surfels().iter().map(Surfel::at_rest).collect();
+        let colors = vec![Vec3::new(0.2, 0.05, 0.03); splats.len()];
         group.throughput(Throughput::Elements(u64::from(n)));
         for (mode, samples, name) in [
             (DrawMode::Disks, 1, "disks"),
@@ -73,7 +79,7 @@ fn draw(c: &mut Criterion) {
         }
     }
     let (tissue, _) = sphere(10_000);
-    let splats = Splats::at_rest(tissue.surfels());
+    let splats: Vec<Splat> = tissue.surfels().iter().map(Surfel::at_rest).collect();
     let colors = TissueTexture::liver(0.2).colors(tissue.surfels());
     let mut renderer = Renderer::new(RenderSettings::default());
     let frame = renderer.draw(&tissue.view(&splats, &colors), &[], &camera);

@@ -1,16 +1,34 @@
 //! Triangle surfaces as plain arrays: read, repair, ask, write. Knows nothing of sampling.
 
-pub(crate) mod creases;
-pub(crate) mod deforming;
-pub(crate) mod error;
-pub(crate) mod hierarchy;
-pub(crate) mod intersections;
-pub(crate) mod read;
-pub(crate) mod repair;
-pub(crate) mod sums;
+mod creases;
+mod deforming;
+mod error;
+mod hierarchy;
+mod intersections;
+mod read;
+mod repair;
+mod sums;
 mod topology;
-pub(crate) mod union_find;
-pub(crate) mod write;
+mod union_find;
+mod write;
+
+pub(crate) use creases::Creased;
+pub use deforming::DeformingPart;
+pub use error::RepairError;
+pub(crate) use hierarchy::closest_on_triangle;
+pub use hierarchy::{Closest, Crossing, Hierarchy, winding_number};
+pub use intersections::self_intersections;
+pub use read::{
+    Format, MeshFile, ReadError, ReadErrorKind, TextPlace, parse_mesh, read_mesh, read_point_cloud,
+};
+pub use repair::{MeshReport, RepairSettings, repair};
+pub(crate) use sums::rows;
+pub use sums::{
+    boundary_triangles, nodal_boundary_vectors, nodal_volumes, tetrahedra_edges, tetrahedron_volume,
+};
+use topology::{Edges, boundary_loops, orient};
+pub(crate) use union_find::Groups;
+pub use write::{Field, ply_mesh, ply_surfels, vtk_points, vtk_tetrahedra};
 
 use glam::DVec3;
 

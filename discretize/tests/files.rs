@@ -3,8 +3,8 @@
 use crate::common::{binary_stl, repaired};
 use glam::DVec3;
 use phyxel_discretize::{
-    Format, Primitive, RepairSettings, Solid, TextPlace, parse_mesh, ply_mesh, ply_surfels,
-    read_point_cloud, repair, sample_surfels, surface_mesh,
+    Format, Mesh, Primitive, ReadError, RepairSettings, Solid, TextPlace, parse_mesh, ply_mesh,
+    ply_surfels, read_point_cloud, repair, sample_surfels, surface_mesh,
 };
 use testkit::cloud::Random;
 use testkit::tol::assert_relative;
@@ -55,81 +55,6 @@ fn msh4_binary() -> Vec<u8> {
     out
 }
 
-/// A VTK XML file as text, and the bytes of its arrays in their order in the file.
-struct Xml {
-    text: String,
-    arrays: Vec<Vec<u8>>,
-}
-
-/// Name and values.
-type List<'a> = (&'a str, &'a [u8]);
-
-/// The tetrahedron: points, then the lists of integers of `cells`, each with type and name.
-fn xml(kind: &str, counts: &str, cells: &[(&str, &[List<'_>])]) -> Xml {
-    let points = TETRAHEDRON.iter().flatten();
-    let mut arrays = vec![points.flat_map(|x| x.to_le_bytes()).collect()];
-    let mut lists = String::new();
-    for (section, own) in cells {
-        lists += &format!("<{section}>\n");
-        for (name, values) in *own {
-            let words: Vec<String> = values.iter().map(ToString::to_string).collect();
-            let (kind, wide) = if *name == "types" {
-                ("UInt8", 1)
-            } else {
-                ("Int32", 4)
-            };
-            lists += &format!(
-                "<DataArray type=\"{kind}\" Name=\"{name}\" format=\"ascii\">{}</DataArray>\n",
-                words.join(" ")
-            );
-            let bytes = |v: &u8| i32::from(*v).to_le_bytes().into_iter().take(wide);
-            arrays.push(values.iter().flat_map(bytes).collect());
-        }
-        lists += &format!("</{section}>\n");
-    }
-    let text = format!(
-        "<?xml version=\"1.0\"?>\n<VTKFile type=\"{kind}\" version=\"0.1\" \
-        byte_order=\"LittleEndian\">\n<{kind}>\n<Piece NumberOfPoints=\"4\" {counts}>\n\
-        <PointData></PointData>\n<Points>\n<DataArray type=\"Float64\" NumberOfComponents=\"3\" \
-        format=\"ascii\">\n0 0 0 1 0 0 0 1 0 0 0 1\n</DataArray>\n</Points>\n{lists}</Piece>\n\
-        </{kind}>\n</VTKFile>\n"
-    );
-    Xml { text, arrays }
-}
-
-/// One cell of an unstructured grid.
-fn vtu() -> Xml {
-    let own: [List<'_>; 3] = [
-        ("connectivity", &[0, 1, 2, 3]),
-        ("offsets", &[4]),
-        ("types", &[10]),
-    ];
-    xml(
-        "UnstructuredGrid",
-        "NumberOfCells=\"1\"",
-        &[("Cells", &own)],
-    )
-}
-
-/// Polydata: three faces as polygons, the fourth as a strip, and vertices that are no faces.
-fn vtp() -> Xml {
-    let counts = "NumberOfVerts=\"1\" NumberOfLines=\"0\" NumberOfStrips=\"1\" NumberOfPolys=\"2\"";
-    let sections: [(&str, &[List<'_>]); 4] = [
-        ("Verts", &[("connectivity", &[3]), ("offsets", &[1])]),
-        ("Lines", &[("connectivity", &[]), ("offsets", &[])]),
-        // 0 2 1, then 1 2 3 turned.
-        (
-            "Strips",
-            &[("connectivity", &[0, 2, 1, 3]), ("offsets", &[4])],
-        ),
-        (
-            "Polys",
-            &[("connectivity", &[0, 1, 3, 0, 3, 2]), ("offsets", &[3, 6])],
-        ),
-    ];
-    xml("PolyData", counts, &sections)
-}
-
 fn base64(bytes: &[u8]) -> String {
     const LETTERS: &[u8] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut out = String::new();
@@ -144,149 +69,130 @@ fn base64(bytes: &[u8]) -> String {
     out
 }
 
-impl Xml {
-    /// The text with the attributes and contents of its arrays replaced.
-    fn with(&self, mut array: impl FnMut(&[u8]) -> (String, String)) -> String {
-        let mut pieces = self.text.split("format=\"ascii\">");
-        let mut out = pieces.next().unwrap().to_owned();
-        for (piece, bytes) in pieces.zip(&self.arrays) {
-            let (attributes, content) = array(bytes);
-            out += &format!("{attributes}>{content}<");
-            out += piece.split_once('<').unwrap().1;
-        }
-        out
+/// A VTK XML file of text, with the attributes and contents of its arrays replaced by those that `array` makes of their
+/// bytes.
+fn with(text: &str, mut array: impl FnMut(&[u8]) -> (String, String)) -> String {
+    let mut pieces = text.split("format=\"ascii\">");
+    let mut out = pieces.next().unwrap().to_owned();
+    for piece in pieces {
+        let (content, rest) = piece.split_once('<').unwrap();
+        let (words, kind) = (
+            content.split_whitespace(),
+            out.rsplit_once("type=").unwrap().1,
+        );
+        let bytes: Vec<u8> = if kind.starts_with("\"Float64") {
+            let bytes = |word: &str| word.parse::<f64>().unwrap().to_le_bytes();
+            words.flat_map(bytes).collect()
+        } else {
+            let wide = if kind.starts_with("\"UInt8") { 1 } else { 4 };
+            let bytes = |word: &str| word.parse::<i32>().unwrap().to_le_bytes();
+            words
+                .flat_map(|word| bytes(word).into_iter().take(wide))
+                .collect()
+        };
+        let (attributes, content) = array(&bytes);
+        out += &format!("{attributes}>{content}<{rest}");
     }
+    out
+}
 
-    fn base64(&self) -> Vec<u8> {
-        let text = self.with(|data| {
-            let content = base64(&[&word(data.len()), data].concat());
-            ("format=\"binary\"".to_owned(), content)
-        });
-        text.into_bytes()
-    }
+fn in_base64(text: &str) -> Vec<u8> {
+    let text = with(text, |data| {
+        let content = base64(&[&word(data.len()), data].concat());
+        ("format=\"binary\"".to_owned(), content)
+    });
+    text.into_bytes()
+}
 
-    fn zlib(&self) -> Vec<u8> {
-        let text = self.with(|data| {
-            let packed = miniz_oxide::deflate::compress_to_vec_zlib(data, 6);
-            let header = [1, data.len(), data.len(), packed.len()].map(word).concat();
-            let content = base64(&header) + &base64(&packed);
-            ("format=\"binary\"".to_owned(), content)
-        });
-        let with = "<VTKFile compressor=\"vtkZLibDataCompressor\"";
-        text.replace("<VTKFile", with).into_bytes()
-    }
+fn in_zlib(text: &str) -> Vec<u8> {
+    let text = with(text, |data| {
+        let packed = miniz_oxide::deflate::compress_to_vec_zlib(data, 6);
+        let header = [1, data.len(), data.len(), packed.len()].map(word).concat();
+        let content = base64(&header) + &base64(&packed);
+        ("format=\"binary\"".to_owned(), content)
+    });
+    let compressed = "<VTKFile compressor=\"vtkZLibDataCompressor\"";
+    text.replace("<VTKFile", compressed).into_bytes()
+}
 
-    fn raw(&self) -> Vec<u8> {
-        let mut appended = Vec::new();
-        let text = self.with(|data| {
-            let attributes = format!("format=\"appended\" offset=\"{}\"", appended.len());
-            appended.extend((data.len() as u64).to_le_bytes());
-            appended.extend(data);
-            (attributes, String::new())
-        });
-        let text = text.replace("<VTKFile", "<VTKFile header_type=\"UInt64\"");
-        let (head, tail) = text.split_once("</VTKFile>").unwrap();
-        let mut out = format!("{head}<AppendedData encoding=\"raw\">_").into_bytes();
-        out.extend(appended);
-        out.extend(format!("</AppendedData></VTKFile>{tail}").bytes());
-        out
-    }
+fn in_raw_bytes(text: &str) -> Vec<u8> {
+    let mut appended = Vec::new();
+    let text = with(text, |data| {
+        let attributes = format!("format=\"appended\" offset=\"{}\"", appended.len());
+        appended.extend((data.len() as u64).to_le_bytes());
+        appended.extend(data);
+        (attributes, String::new())
+    });
+    let text = text.replace("<VTKFile", "<VTKFile header_type=\"UInt64\"");
+    let (head, tail) = text.split_once("</VTKFile>").unwrap();
+    let mut out = format!("{head}<AppendedData encoding=\"raw\">_").into_bytes();
+    out.extend(appended);
+    out.extend(format!("</AppendedData></VTKFile>{tail}").bytes());
+    out
 }
 
 fn word(n: usize) -> [u8; 4] {
     u32::try_from(n).unwrap().to_le_bytes()
 }
 
+/// A small body in every format of text.
+const TEXTS: [(&str, &str); 13] = [
+    ("obj", include_str!("specimens/cube.obj")),
+    ("off", include_str!("specimens/cube.off")),
+    ("ply", include_str!("specimens/cube.ply")),
+    ("vtk", include_str!("specimens/cube.vtk")),
+    ("msh1", include_str!("specimens/version1.msh")),
+    ("msh2", include_str!("specimens/version2.msh")),
+    ("msh4", include_str!("specimens/version4.msh")),
+    ("vtk tets", include_str!("specimens/cells.vtk")),
+    ("vtk tets 5", include_str!("specimens/cells5.vtk")),
+    ("vtk strip", include_str!("specimens/strip.vtk")),
+    ("stl", include_str!("specimens/cube.stl")),
+    ("vtu", include_str!("specimens/grid.vtu")),
+    ("vtp", include_str!("specimens/surface.vtp")),
+];
+
+/// The cube as PLY and VTK with binary numbers.
+fn binary_cube(cube: &Mesh, order: &str, big: bool) -> [Vec<u8>; 2] {
+    let (head, _) = TEXTS[2].1.split_once("end_header\n").unwrap();
+    let head = head.replace("ascii", order).replace("face 6", "face 12");
+    let mut ply = (head + "end_header\n").into_bytes();
+    let head = "# vtk DataFile Version 3.0\ncube\nBINARY\nDATASET POLYDATA\nPOINTS 8 float\n";
+    let mut vtk = head.as_bytes().to_vec();
+    for x in cube.vertices.iter().flat_map(|p| p.as_vec3().to_array()) {
+        ply.extend(ordered(big, x.to_le_bytes()));
+        vtk.extend(x.to_be_bytes());
+    }
+    vtk.extend(b"\nPOLYGONS 12 48\n");
+    for t in &cube.triangles {
+        ply.push(3);
+        vtk.extend(3_u32.to_be_bytes());
+        for v in t {
+            ply.extend(ordered(big, v.to_le_bytes()));
+            vtk.extend(v.to_be_bytes());
+        }
+    }
+    [ply, vtk]
+}
+
 /// A small body in every format.
 fn specimens() -> Vec<(&'static str, Vec<u8>)> {
-    let obj = "# cube\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
-        f 4 3 2 1\nf 5/1 6/1 7/1 8/1\nf 1//2 2//2 6//2 5//2\nf -6 -5 -1 -2\nf 2 3 7 6\nf 1 5 8 4\n";
-    let off = "OFF\n# cube\n8 6 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n1 0 1\n1 1 1\n0 1 1\n\
-        4 3 2 1 0\n4 4 5 6 7\n4 0 1 5 4\n4 2 3 7 6\n4 1 2 6 5\n4 0 4 7 3\n";
-    let ply = "ply\nformat ascii 1.0\ncomment cube\nelement vertex 8\nproperty float x\n\
-        property float y\nproperty float z\nelement face 6\nproperty list uchar int vertex_indices\n\
-        end_header\n";
-    let rest = off.split_once("8 6 0\n").unwrap().1;
-    let vtk = format!(
-        "# vtk DataFile Version 3.0\ncube\nASCII\nDATASET POLYDATA\nPOINTS 8 float\n{}",
-        rest.replacen("4 3 2 1 0", "POLYGONS 6 30\n4 3 2 1 0", 1)
-    );
-    let msh1 = "$NOD\n4\n10 0 0 0\n20 1 0 0\n30 0 1 0\n45 0 0 1\n$ENDNOD\n$ELM\n2\n\
-        1 2 1 1 3 10 20 30\n2 4 1 1 4 10 20 30 45\n$ENDELM\n";
-    let msh2 = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n\
-        $EndNodes\n$Elements\n1\n1 4 2 0 1 1 2 3 4\n$EndElements\n";
-    let msh4 = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 4 1 4\n3 1 0 4\n1\n2\n3\n4\n0 0 0\n\
-        1 0 0\n0 1 0\n0 0 1\n$EndNodes\n$Elements\n1 1 1 1\n3 1 4 1\n1 1 2 3 4\n$EndElements\n";
-    let tets = "# vtk DataFile Version 2.0\ntet\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 double\n\
-        0 0 0 1 0 0 0 1 0 0 0 1\nCELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10\n";
-    let tets5 = "# vtk DataFile Version 5.1\ntet\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 double\n\
-        0 0 0 1 0 0 0 1 0 0 0 1\nCELLS 2 4\nOFFSETS vtktypeint64\n0 4\nCONNECTIVITY vtktypeint64\n\
-        0 1 2 3\nCELL_TYPES 1\n10\n";
-    let strip = "# vtk DataFile Version 3.0\ntet\nASCII\nDATASET POLYDATA\nPOINTS 4 double\n\
-        0 0 0 1 0 0 0 1 0 0 0 1\nTRIANGLE_STRIPS 1 7\n6 0 2 1 3 0 2\n";
-    let mut all = vec![
-        ("obj", obj.as_bytes().to_vec()),
-        ("off", off.as_bytes().to_vec()),
-        ("ply", (ply.to_owned() + rest).into_bytes()),
-        ("vtk", vtk.into_bytes()),
-        ("msh1", msh1.as_bytes().to_vec()),
-        ("msh2", msh2.as_bytes().to_vec()),
-        ("msh4", msh4.as_bytes().to_vec()),
-        ("vtk tets", tets.as_bytes().to_vec()),
-        ("vtk tets 5", tets5.as_bytes().to_vec()),
-        ("vtk strip", strip.as_bytes().to_vec()),
-    ];
-    let cube = parse_mesh(obj.as_bytes()).unwrap().mesh;
-    let mut text = "solid cube\n".to_owned();
-    for t in 0..12 {
-        text += "facet normal 0 0 0\n outer loop\n";
-        for p in cube.corners(t) {
-            text += &format!("  vertex {} {} {}\n", p.x, p.y, p.z);
-        }
-        text += " endloop\nendfacet\n";
-    }
-    all.push(("stl", (text + "endsolid cube\n").into_bytes()));
+    let texts = TEXTS.map(|(name, text)| (name, text.as_bytes().to_vec()));
+    let mut all = texts.to_vec();
+    let cube = parse_mesh(&all[0].1).unwrap().mesh;
     all.push(("binary stl", binary_stl(&cube)));
-    for big in [false, true] {
-        let word = if big {
-            "binary_big_endian"
-        } else {
-            "binary_little_endian"
-        };
-        let mut bytes = ply.replace("ascii", word).into_bytes();
-        let head = "# vtk DataFile Version 3.0\ncube\nBINARY\nDATASET POLYDATA\nPOINTS 8 float\n";
-        let mut vtk = head.as_bytes().to_vec();
-        for p in &cube.vertices {
-            for x in p.as_vec3().to_array() {
-                bytes.extend(ordered(big, x.to_le_bytes()));
-                vtk.extend(x.to_be_bytes());
-            }
-        }
-        vtk.extend(b"\nPOLYGONS 12 48\n");
-        let mut faces = bytes.clone();
-        for t in &cube.triangles {
-            faces.push(3);
-            vtk.extend(3_u32.to_be_bytes());
-            for v in t {
-                faces.extend(ordered(big, v.to_le_bytes()));
-                vtk.extend(v.to_be_bytes());
-            }
-        }
-        let count = b"element face 6";
-        let at = faces.windows(count.len()).position(|w| w == count).unwrap();
-        faces.splice(at..at + count.len(), b"element face 12".iter().copied());
-        all.push((word, faces));
-        all.push(("binary vtk", vtk));
+    for (order, big) in [("binary_little_endian", false), ("binary_big_endian", true)] {
+        let [ply, vtk] = binary_cube(&cube, order, big);
+        all.extend([(order, ply), ("binary vtk", vtk)]);
     }
-    for (names, xml) in [
-        (["vtu", "vtu base64", "vtu zlib", "vtu raw"], vtu()),
-        (["vtp", "vtp base64", "vtp zlib", "vtp raw"], vtp()),
-    ] {
-        let files = [xml.base64(), xml.zlib(), xml.raw()];
-        all.push((names[0], xml.text.into_bytes()));
-        all.extend(names[1..].iter().copied().zip(files));
-    }
+    let (vtu, vtp) = (TEXTS[11].1, TEXTS[12].1);
     all.extend([
+        ("vtu base64", in_base64(vtu)),
+        ("vtu zlib", in_zlib(vtu)),
+        ("vtu raw", in_raw_bytes(vtu)),
+        ("vtp base64", in_base64(vtp)),
+        ("vtp zlib", in_zlib(vtp)),
+        ("vtp raw", in_raw_bytes(vtp)),
         ("msh2 binary", msh2_binary(false)),
         ("msh2 binary big", msh2_binary(true)),
         ("msh4 binary", msh4_binary()),
@@ -334,6 +240,18 @@ fn every_format_gives_the_same_cube() {
     }
 }
 
+/// The byte order is that of the file, however often it is given.
+#[test]
+fn a_second_header_changes_nothing() {
+    for big in [false, true] {
+        let file = msh2_binary(big);
+        let ends = b"$EndMeshFormat\n";
+        let end = file.windows(ends.len()).position(|w| w == ends).unwrap() + ends.len();
+        let twice = [&file[..end], &file[..]].concat();
+        assert_eq!(parse_mesh(&twice), parse_mesh(&file), "{big}");
+    }
+}
+
 #[test]
 fn what_is_written_reads_back() {
     let s = crate::common::sample(&Primitive::Liver.into(), 600).unwrap();
@@ -358,10 +276,16 @@ fn surfels_as_written_are_points_to_read() {
     std::fs::write(&file, ply_surfels(&surfels)).unwrap();
     let read = read_point_cloud(&file);
     // Without normals, as scanners write it.
-    let bare = "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\n\
+    let text = "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\n\
                 property float z\nend_header\n1 2 3\n4 5 6\n";
-    std::fs::write(&file, bare).unwrap();
+    std::fs::write(&file, text).unwrap();
     let bare = read_point_cloud(&file).unwrap();
+    std::fs::write(&file, format!("\u{feff}{text}")).unwrap();
+    assert_eq!(
+        read_point_cloud(&file),
+        Ok(bare.clone()),
+        "a byte order mark"
+    );
     std::fs::remove_file(&file).unwrap();
     let read = read.unwrap();
     assert_eq!(read.positions, surfels.positions);
@@ -373,13 +297,9 @@ fn surfels_as_written_are_points_to_read() {
     assert!(bare.normals.is_empty() && bare.areas == [0.0; 2]);
 }
 
-/// Thousands of mutants: no panic, no endless loop, no allocation beyond what the file justifies;
-/// what still reads can be repaired or is refused.
-#[test]
-fn mutated_files_never_panic() {
-    let mut random = Random::new(7);
-    let mut pick = |n: usize| usize::try_from(random.bits() % n.max(1) as u64).unwrap();
-    let words: [&[u8]; 10] = [
+/// Changes up to five times what stands at a random place of a file.
+fn mutate(file: &[u8], random: &mut Random) -> Vec<u8> {
+    const WORDS: [&[u8]; 10] = [
         b"4294967295",
         b"200000000",
         b"-1",
@@ -391,36 +311,57 @@ fn mutated_files_never_panic() {
         b"\r",
         b"\xff",
     ];
+    let mut mutant = file.to_vec();
+    for _ in 0..=random.below(4) {
+        let at = random.below(mutant.len());
+        match random.below(5) {
+            0 => mutant.truncate(at.max(1)),
+            1 => mutant[at] ^= 1 << random.below(8),
+            2 => mutant[at] = u8::try_from(random.below(256)).unwrap(),
+            3 => {
+                // Replaces a word, most often a number.
+                let start = mutant[..at].iter().rposition(u8::is_ascii_whitespace);
+                let start = start.map_or(0, |s| s + 1);
+                let length = mutant[start..].iter().position(u8::is_ascii_whitespace);
+                let end = start + length.unwrap_or(mutant.len() - start);
+                mutant.splice(start..end, random.pick(&WORDS).iter().copied());
+            }
+            _ => {
+                let end = (at + random.below(40)).min(mutant.len());
+                let piece = mutant[at..end].to_vec();
+                let to = random.below(mutant.len());
+                mutant.splice(to..to, piece);
+            }
+        }
+        if mutant.is_empty() {
+            mutant.push(b'v');
+        }
+    }
+    mutant
+}
+
+/// An error's position is in the file, or a word on the file as a whole.
+fn check_place(name: &str, error: &ReadError, file: &[u8]) {
+    match error.place {
+        TextPlace::Line(line) => {
+            let breaks = file.iter().filter(|b| matches!(b, b'\n' | b'\r'));
+            assert!((1..=breaks.count() + 1).contains(&line), "{name}: {error}");
+        }
+        TextPlace::Byte(byte) => assert!(byte <= file.len(), "{name}: {error}"),
+        TextPlace::File => {}
+    }
+}
+
+/// Thousands of mutants: no panic, no endless loop, no allocation beyond what the file justifies;
+/// what still reads can be repaired or is refused.
+#[test]
+fn mutated_files_never_panic() {
+    let mut random = Random::new(7);
     let (mut read, mut refused, mut placed) = (0, 0, 0);
     let before = largest_reservation();
     for (name, bytes) in specimens() {
-        for round in 0..500 {
-            let mut mutant = bytes.clone();
-            for _ in 0..=pick(4) {
-                let at = pick(mutant.len());
-                match (round + pick(5)) % 5 {
-                    0 => mutant.truncate(at.max(1)),
-                    1 => mutant[at] ^= 1 << pick(8),
-                    2 => mutant[at] = u8::try_from(pick(256)).unwrap(),
-                    3 => {
-                        // Replaces a word, most often a number.
-                        let start = mutant[..at].iter().rposition(u8::is_ascii_whitespace);
-                        let start = start.map_or(0, |s| s + 1);
-                        let length = mutant[start..].iter().position(u8::is_ascii_whitespace);
-                        let end = start + length.unwrap_or(mutant.len() - start);
-                        mutant.splice(start..end, words[pick(10)].iter().copied());
-                    }
-                    _ => {
-                        let end = (at + pick(40)).min(mutant.len());
-                        let piece = mutant[at..end].to_vec();
-                        let to = pick(mutant.len());
-                        mutant.splice(to..to, piece);
-                    }
-                }
-                if mutant.is_empty() {
-                    mutant.push(b'v');
-                }
-            }
+        for _ in 0..500 {
+            let mutant = mutate(&bytes, &mut random);
             match parse_mesh(&mutant) {
                 Ok(file) => {
                     read += 1;
@@ -430,24 +371,17 @@ fn mutated_files_never_panic() {
                 }
                 Err(error) => {
                     refused += 1;
-                    // The position is in the file, or a word on the file as a whole.
-                    match error.place {
-                        TextPlace::Line(line) => {
-                            let breaks = mutant.iter().filter(|b| matches!(b, b'\n' | b'\r'));
-                            assert!((1..=breaks.count() + 1).contains(&line), "{name}: {error}");
-                        }
-                        TextPlace::Byte(byte) => assert!(byte <= mutant.len(), "{name}: {error}"),
-                        TextPlace::File => {}
-                    }
+                    check_place(name, &error, &mutant);
                     placed += usize::from(error.place != TextPlace::File);
                 }
             }
         }
     }
-    println!("{read} read, {refused} refused, {placed} of them at a place");
+    let counts = format!("{read} read, {refused} refused, {placed} of them at a place");
+    println!("{counts}");
     assert!(
         read > 500 && refused > 2000 && 2 * placed > refused,
-        "{read} read, {refused} refused, {placed} of them at a place"
+        "{counts}"
     );
     // The specimens are below 2 kB; what was ever reserved at once grew by the threads' arenas.
     if let (Some(before), Some(after)) = (before, largest_reservation()) {

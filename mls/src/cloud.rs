@@ -2,11 +2,12 @@
 
 use glam::DVec3;
 
-use crate::basis::{Basis, Dimension, Order};
-use crate::error::{CloudError, ShapeError};
 use crate::parallel::map_with;
-use crate::search::{BallTree, NearestSettings, check, k_nearest};
-use crate::shape::{Approximation, ShapeScratch};
+use crate::search::{BallTree, check};
+use crate::{
+    Approximation, Basis, CloudError, Dimension, NearestSettings, Order, ShapeError, ShapeScratch,
+    k_nearest,
+};
 
 /// Queries given to one task.
 const QUERIES_PER_TASK: usize = 64;

@@ -10,10 +10,9 @@ mod tests;
 
 use glam::{DMat3, DVec3};
 
-use crate::error::StencilError;
-use crate::neighborhoods::Neighborhoods;
 use crate::parallel::{ROWS_PER_TASK, fill_rows, map};
-use crate::stencil::{GradientStencils, Row, SolveReport, StencilRank, checked_weights, moments};
+use crate::stencil::{Row, checked_weights, moments};
+use crate::{GradientStencils, Neighborhoods, SolveReport, StencilError, StencilRank};
 use coarse::CoarseSpace;
 use iteration::{Preconditioner, conjugate_gradients, largest};
 use operator::Operator;

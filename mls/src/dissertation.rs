@@ -2,12 +2,7 @@
 
 use glam::DVec3;
 
-use crate::error::StencilError;
-use crate::kernel::kernel;
-use crate::neighborhoods::Neighborhoods;
-use crate::search::KNearest;
-use crate::stencil::GradientStencils;
-use crate::weights::kernel_weights;
+use crate::{GradientStencils, KNearest, Neighborhoods, StencilError, kernel, kernel_weights};
 
 /// A cloud as Aras 2014, 2.3 and 2.4, discretises it: for comparison.
 #[derive(Debug, Clone)]

@@ -12,9 +12,8 @@ mod tests;
 
 use glam::DVec3;
 
-use crate::error::{CloudError, MapError};
-use crate::neighborhoods::Neighborhoods;
 use crate::search::{PointRuns, positive};
+use crate::{CloudError, MapError, Neighborhoods};
 pub use frame::{MapFrame, Preimage};
 
 /// Connection to the start node is followed through nodes whose support, enlarged by this factor,

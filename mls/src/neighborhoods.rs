@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::error::GraphError;
+use crate::GraphError;
 use crate::parallel::to_u32;
 
 /// Neighbours of every node in compressed sparse rows.

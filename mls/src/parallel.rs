@@ -7,7 +7,7 @@ use std::sync::{Mutex, PoisonError};
 
 use glam::DVec3;
 
-use crate::neighborhoods::Neighborhoods;
+use crate::Neighborhoods;
 
 /// Length of the chunks over which sums are formed.
 pub(crate) const SUM_CHUNK: usize = 1024;

@@ -8,9 +8,8 @@ use glam::DVec3;
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
 
-use crate::error::CloudError;
-use crate::neighborhoods::Neighborhoods;
 use crate::parallel::{ROWS_PER_TASK, map, map_with, to_u32};
+use crate::{CloudError, Neighborhoods};
 
 /// A point of the tree with its index.
 type Entry = GeomWithData<[f64; 3], u32>;

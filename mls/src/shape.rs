@@ -2,9 +2,8 @@
 
 use glam::DVec3;
 
-use crate::basis::{Basis, BasisValues, LARGEST_BASIS};
-use crate::error::ShapeError;
-use crate::kernel::{kernel, kernel_slope};
+use crate::basis::{BasisValues, LARGEST_BASIS};
+use crate::{Basis, ShapeError, kernel, kernel_slope};
 
 /// Square of the smallest pivot, relative to its diagonal, below which a moment matrix counts as
 /// singular: at this point a reproduced polynomial keeps no digit.

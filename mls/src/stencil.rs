@@ -4,11 +4,9 @@ use std::ops::Range;
 
 use glam::{DMat3, DVec3};
 
-use crate::error::StencilError;
-use crate::neighborhoods::Neighborhoods;
 use crate::parallel::{ROWS_PER_TASK, fill_rows, map, to_u32};
 use crate::symmetric::{SymmetricEigen, outer};
-use crate::weights::inverse_square_weights;
+use crate::{Neighborhoods, StencilError, inverse_square_weights};
 
 /// What the neighbours of a node span.
 #[derive(Debug, Clone, Copy, PartialEq)]

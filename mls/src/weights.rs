@@ -2,9 +2,8 @@
 
 use glam::DVec3;
 
-use crate::kernel::kernel;
-use crate::neighborhoods::Neighborhoods;
 use crate::parallel::{ROWS_PER_TASK, fill_rows, map};
+use crate::{Neighborhoods, kernel};
 
 /// Computes `value(i, j)` for every pair in order, rows in parallel.
 fn for_pairs(

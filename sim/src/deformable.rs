@@ -104,20 +104,20 @@ impl DeformableBodies {
     fn sample(&self, body: usize, surfel: usize) -> (DiskSample, Vec<u32>) {
         let surface = &self.surfaces[body];
         let tissue = &surface.tissue;
-        let surfels = tissue.surfels();
         let (row, _) = tissue.binding().row(surfel);
+        let disk = &tissue.surfels()[surfel];
         // Linear interpolation on a triangle gives its corners what their share of the surface bears; rows of flanks
         // and of what a cut hides are fitted.
-        let (position, rest) = (surfels.positions[surfel], &self.rest[surface.first..]);
+        let (position, rest) = (disk.position, &self.rest[surface.first..]);
         let outer = surfel < tissue.outer_count();
         let triangle = outer.then(|| surface.outside.triangle(rest, position, row));
         let triangle = triangle.flatten();
         let nodes = triangle.as_ref().map_or(row, |triangle| &triangle[..]);
         let sample = DiskSample {
             position,
-            normal: surfels.normals[surfel],
-            area: surfels.areas[surfel],
-            flank: surfels.materials[surfel] != CAPSULE,
+            normal: disk.normal,
+            area: disk.area,
+            flank: disk.material != CAPSULE,
             body: index(body),
             stiffness: surface.stiffness,
             spacing: surface.spacing,

@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 use std::fs::File;
 
 use phyxel_splat::glam::{DVec3, Vec3};
-use phyxel_splat::{Camera, Frame, RenderSettings, Renderer, SplatView, Splats, Surfels};
+use phyxel_splat::{Camera, Frame, RenderSettings, Renderer, Splat, SplatView, Surfel};
 
 /// Points on a tube around a trefoil knot, with their normals and colours.
 fn knot(along: u32, round: u32) -> (Vec<DVec3>, Vec<DVec3>, Vec<Vec3>) {
@@ -62,7 +62,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let file = std::env::args().nth(1).ok_or("name the file to write")?;
     let (points, normals, colors) = knot(270, 36);
 
-    let surfels = Surfels::covering(&points, &normals)?;
+    let surfels = Surfel::covering(&points, &normals)?;
     let (width, height) = (336, 240);
     let aspect = f64::from(width) / f64::from(height);
     let camera = Camera::around(&points, DVec3::new(0.25, 0.55, -1.0), aspect);
@@ -74,8 +74,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut renderer = Renderer::new(settings);
     let mut draw = |share: f64| {
         let mut smaller = surfels.clone();
-        smaller.radii.iter_mut().for_each(|radius| *radius *= share);
-        let splats = Splats::at_rest(&smaller);
+        smaller.iter_mut().for_each(|disk| disk.radius *= share);
+        let splats: Vec<Splat> = smaller.iter().map(Surfel::at_rest).collect();
         renderer.draw(&SplatView::new(&splats, &smaller, &colors), &[], &camera)
     };
     // A fifth of the radius is a point; with 0.55 of it disks stand apart; with all of it they just cover.

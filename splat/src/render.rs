@@ -1,36 +1,47 @@
 //! The renderer: tiles in parallel, bitwise identical at any thread count.
 
-pub(crate) mod camera;
-pub(crate) mod clip;
-pub(crate) mod frame;
-pub(crate) mod image;
-pub(crate) mod legend;
-pub(crate) mod merged;
-pub(crate) mod mesh;
-pub(crate) mod noise;
+mod camera;
+mod clip;
+mod frame;
+mod image;
+mod legend;
+mod merged;
+mod mesh;
+mod noise;
 mod project;
 mod raster;
 mod resolve;
-pub(crate) mod scene;
+mod scene;
 mod shade;
-pub(crate) mod splats;
-pub(crate) mod surfels;
-pub(crate) mod view;
+mod splats;
+mod surfels;
+mod view;
 
-use crate::cast::{count, index, pixel, single};
-use crate::render::camera::{Camera, Lens};
-use crate::render::frame::Frame;
-use crate::render::image::BoxProjection;
-use crate::render::mesh::DrawnMesh;
-use crate::render::project::{
-    Appearance, Chunk, Contribution, Facing, Projected, Raster, TILE, project,
+pub use camera::{Camera, Lens};
+pub use clip::Clip;
+pub use frame::{Animation, Frame};
+use image::{BoxProjection, linear};
+pub use image::{Image, linear_color};
+pub use legend::{ColorScale, Overlay};
+pub use merged::MergedSplats;
+pub use mesh::DrawnMesh;
+use noise::slope_noise;
+pub(crate) use noise::{fractal_noise, gradient_noise};
+use project::{Appearance, Chunk, Contribution, Facing, Projected, Raster, TILE, Wall, project};
+use raster::{
+    ImagePatch, ScreenTriangle, Sums, TileBuffers, blend_near, blend_splats, draw_triangles,
+    fill_gaps, find_surface,
 };
-use crate::render::raster::{
-    ImagePatch, ScreenTriangle, TileBuffers, blend_splats, draw_splats, draw_triangles, fill_gaps,
+use resolve::{LitTriangle, Shader, TilePixels};
+pub use scene::{
+    Background, DrawMode, ImageCoat, Light, Lighting, RenderSettings, SplatView, Surface,
 };
-use crate::render::resolve::{LitTriangle, Shader, TilePixels};
-use crate::render::scene::{DrawMode, RenderSettings, SplatView, Surface};
-use crate::render::shade::{Lights, Transfer};
+use shade::{LANES, Lights, Point, Points, Transfer, relief, sqrt, tone, tones};
+pub use splats::Splat;
+pub use surfels::{Surfel, TexturePlace};
+pub use view::View;
+
+use crate::cast::{count, index, single};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
@@ -42,14 +53,15 @@ const AWAY: f64 = 0.3;
 /// # Examples
 /// ```
 /// use phyxel_splat::glam::{DVec3, Vec3};
-/// use phyxel_splat::{Camera, RenderSettings, Renderer, SplatView, Splats, Surfels};
+/// use phyxel_splat::{Camera, RenderSettings, Renderer, Splat, SplatView, Surfel};
 ///
 /// // A flat patch of 20 x 20 points, 1 cm apart, seen from above.
 /// let points: Vec<DVec3> = (0..400)
 ///     .map(|i| DVec3::new(f64::from(i % 20), f64::from(i / 20), 0.0) * 0.01)
 ///     .collect();
-/// let surfels = Surfels::covering(&points, &[DVec3::Z; 400])?;
-/// let (splats, colors) = (Splats::at_rest(&surfels), [Vec3::new(0.5, 0.1, 0.1); 400]);
+/// let surfels = Surfel::covering(&points, &[DVec3::Z; 400])?;
+/// let splats: Vec<Splat> = surfels.iter().map(Surfel::at_rest).collect();
+/// let colors = [Vec3::new(0.5, 0.1, 0.1); 400];
 /// let settings = RenderSettings { width: 160, height: 120, ..RenderSettings::default() };
 /// let camera = Camera::around(&points, DVec3::NEG_Z, 160.0 / 120.0);
 /// let view = SplatView::new(&splats, &surfels, &colors);
@@ -64,7 +76,6 @@ pub struct Renderer {
     tiles: Vec<TilePixels>,
     chunks: Vec<Chunk>,
     behind: Vec<Chunk>,
-    plain: Surface,
 }
 
 impl Renderer {
@@ -85,7 +96,6 @@ impl Renderer {
             tiles: Vec::new(),
             chunks: Vec::new(),
             behind: Vec::new(),
-            plain: Surface::default(),
         }
     }
 
@@ -100,61 +110,44 @@ impl Renderer {
     /// # Panics
     /// If the view's slices differ in length.
     pub fn draw(&mut self, view: &SplatView<'_>, meshes: &[DrawnMesh], camera: &Camera) -> Frame {
-        let n = view.splats.positions.len();
-        let optional = [
-            view.texture_normals.len(),
-            view.places.len(),
-            view.clips.len(),
-        ];
-        let fits = [view.colors.len(), view.materials.len()] == [n; 2]
-            && [view.texture_points.len(), view.radii.len()] == [n; 2]
-            && optional.iter().all(|&len| len == 0 || len == n);
-        let needed = "one colour, material, texture point, place, radius and clip per splat";
-        assert!(fits, "{needed}");
-        let ss = index(self.settings.samples);
-        let RenderSettings { width, height, .. } = self.settings;
-        let [w, h] = [width, height].map(|size| index(size) * ss);
-        let raster = Raster {
-            width: w,
-            height: h,
-            tiles: [w.div_ceil(TILE), h.div_ceil(TILE)],
-            mode: self.settings.mode,
-            tolerance: self.settings.tolerance,
-        };
-        let mut chunks = std::mem::take(&mut self.chunks);
-        let mut behind = std::mem::take(&mut self.behind);
-        let mut tiles = std::mem::take(&mut self.tiles);
-        let contribution = |i: usize| self.contribution(view, i);
+        assert!(view.is_whole(), "one surfel, colour and clip per splat");
+        let Self {
+            settings,
+            transfer,
+            tiles,
+            chunks,
+            behind,
+        } = self;
+        let raster = Raster::new(settings);
+        let contribution = |i: usize| contribution(settings, view, i);
         let project = |facing: Facing, chunks: &mut Vec<Chunk>| {
             project(view, camera, &raster, facing, &contribution, chunks);
         };
-        project(|cosine| cosine < 0.0, &mut chunks);
+        project(|cosine| cosine < 0.0, chunks);
         let inside = view.inside.filter(|_| raster.mode == DrawMode::ThreePass);
         match inside {
-            Some(_) => project(|cosine| cosine > AWAY, &mut behind),
+            Some(_) => project(|cosine| cosine > AWAY, behind),
             None => behind.clear(),
         }
         let (triangles, lit) = screen_triangles(meshes, camera, &raster);
         let shader = Shader {
-            settings: &self.settings,
-            transfer: &self.transfer,
+            settings,
+            transfer,
             camera,
-            lights: &Lights::new(&self.settings.lighting),
+            lights: &Lights::new(&settings.lighting),
             lit: &lit,
             meshes,
         };
         tiles.resize_with(raster.tiles[0] * raster.tiles[1], TilePixels::default);
-        let surfaces = &self.settings.surfaces;
-        let coated = surfaces.iter().any(|surface| surface.coat.is_some());
-        let patch = |splat: u32| self.patch(view, index(splat), coated);
+        let coated = settings.surfaces.iter().any(|s| s.coat.is_some());
+        let patch = |splat: u32| patch(settings, &view.surfels[index(splat)], coated);
         tiles.par_iter_mut().enumerate().for_each_init(
             TileBuffers::new,
             |buffers, (tile, pixels)| {
                 let origin = [tile % raster.tiles[0] * TILE, tile / raster.tiles[0] * TILE];
                 let from = origin.map(|o| i32::try_from(o).unwrap_or(i32::MAX));
-                if triangles[tile].is_empty()
-                    && chunks.iter().chain(&behind).all(|c| c.is_empty_in(tile))
-                {
+                let mut all = chunks.iter().chain(&*behind);
+                if triangles[tile].is_empty() && all.all(|c| c.is_empty_in(tile)) {
                     shader.fill(origin[1], pixels);
                     return;
                 }
@@ -162,108 +155,98 @@ impl Renderer {
                 draw_triangles(&triangles[tile], from, buffers);
                 if raster.mode == DrawMode::SinglePass {
                     let tone = |p: &Projected, appearance: &Appearance| shader.tone(p, appearance);
-                    blend_splats(&chunks, tile, from, &tone, buffers);
+                    blend_splats(chunks, tile, from, &tone, buffers);
                 } else {
-                    draw_splats(&chunks, tile, from, &patch, buffers);
+                    find_surface(chunks, tile, from, buffers);
+                    blend_near(chunks, tile, from, &patch, buffers);
                 }
                 if let Some(inside) = inside {
-                    fill_gaps(&behind, tile, from, inside, buffers);
+                    fill_gaps(behind, tile, from, inside, buffers);
                 }
                 shader.finish(buffers, origin, pixels);
             },
         );
-        self.chunks = chunks;
-        self.behind = behind;
-        let frame = self.assemble(&tiles, raster.tiles[0], TILE / ss);
-        self.tiles = tiles;
-        frame
+        assemble(settings, tiles, raster.tiles[0])
     }
+}
 
-    /// What a splat adds to the samples it is blended into.
-    fn contribution(&self, view: &SplatView<'_>, splat: usize) -> Contribution {
-        let s = self.surface(view.materials[splat]);
-        let cells = f64::from(s.relief_frequency);
-        let along = view.rest_axes(splat);
-        let point = (view.texture_points[splat] * cells).as_vec3();
-        Contribution {
-            color: view.colors[splat].extend(s.specular),
-            point: point.extend(s.relief),
-            along: along.map(|axis| (axis * cells).as_vec3().extend(0.0)),
-            shininess: s.shininess,
-        }
+/// What a splat adds to the samples it is blended into.
+fn contribution(settings: &RenderSettings, view: &SplatView<'_>, splat: usize) -> Contribution {
+    let surfel = &view.surfels[splat];
+    let s = settings.surface(surfel.material);
+    let cells = f64::from(s.relief_frequency);
+    let point = (surfel.position * cells).as_vec3();
+    Contribution {
+        color: view.colors[splat].extend(s.specular),
+        point: point.extend(s.relief),
+        along: (surfel.axes()).map(|axis| (axis * cells).as_vec3().extend(0.0)),
+        shininess: s.shininess,
     }
+}
 
-    /// The image on a splat, if any.
-    fn patch<'a>(
-        &'a self,
-        view: &SplatView<'_>,
-        splat: usize,
-        coated: bool,
-    ) -> Option<ImagePatch<'a>> {
-        if let Some(Some(place)) = view.places.get(splat)
-            && let Some(image) = self.settings.images.get(usize::from(place.image))
-        {
-            let radius = single(view.radii[splat]);
-            return Some(ImagePatch {
-                image,
-                at: place.at,
-                along: place.along.map(|along| along * radius),
-            });
-        }
-        let surface = coated.then(|| self.surface(view.materials[splat]))?;
-        let coat = surface.coat.as_ref()?;
-        let [u, v] = view.rest_axes(splat);
-        let normal = view.texture_normals.get(splat);
-        let normal = *normal.unwrap_or(&view.splats.normals[splat]);
-        let (width, height) = coat.image.size();
-        let projection = BoxProjection::new(normal, coat.size, width as f64 / height as f64);
-        Some(ImagePatch {
-            image: &coat.image,
-            at: projection.at(view.texture_points[splat]),
-            along: [projection.at(u), projection.at(v)],
-        })
+/// The image on a splat, if any.
+fn patch<'a>(
+    settings: &'a RenderSettings,
+    surfel: &Surfel,
+    coated: bool,
+) -> Option<ImagePatch<'a>> {
+    if let Some(place) = surfel.place
+        && let Some(image) = settings.images.get(usize::from(place.image))
+    {
+        let radius = single(surfel.radius);
+        return Some(ImagePatch {
+            image,
+            at: place.at,
+            along: place.along.map(|along| along * radius),
+        });
     }
+    let surface = coated.then(|| settings.surface(surfel.material))?;
+    let coat = surface.coat.as_ref()?;
+    let (width, height) = coat.image.size();
+    let aspect = width as f64 / height as f64;
+    let projection = BoxProjection::new(surfel.normal, coat.size, aspect);
+    Some(ImagePatch {
+        image: &coat.image,
+        at: projection.at(surfel.position),
+        along: surfel.axes().map(|axis| projection.at(axis)),
+    })
+}
 
-    fn surface(&self, material: u16) -> &Surface {
-        let surfaces = &self.settings.surfaces;
-        surfaces.get(usize::from(material)).unwrap_or(&self.plain)
-    }
-
-    fn assemble(&self, tiles: &[TilePixels], tiles_per_row: usize, side: usize) -> Frame {
-        let (w, h) = (index(self.settings.width), index(self.settings.height));
-        let mut pixels = vec![[0_u8; 4]; w * h];
-        let mut depth = vec![f32::INFINITY; w * h];
-        pixels
-            .par_chunks_mut(w)
-            .zip(depth.par_chunks_mut(w))
-            .enumerate()
-            .with_min_len(16)
-            .for_each(|(y, (colors, depths))| {
-                let (ty, sy) = (y / side, y % side);
-                for tx in 0..w.div_ceil(side) {
-                    let tile = &tiles[ty * tiles_per_row + tx];
-                    let (from, to) = (tx * side, ((tx + 1) * side).min(w));
-                    let row = sy * side..sy * side + to - from;
-                    colors[from..to].copy_from_slice(&tile.color[row.clone()]);
-                    depths[from..to].copy_from_slice(&tile.depth[row]);
-                }
-            });
-        let mut normals = Vec::new();
-        if self.settings.keep_normals {
-            normals.resize(w * h, Vec3::ZERO);
-            for (k, normal) in normals.iter_mut().enumerate() {
-                let (x, y) = (k % w, k / w);
-                let tile = &tiles[y / side * tiles_per_row + x / side];
-                *normal = tile.normals[y % side * side + x % side];
+fn assemble(settings: &RenderSettings, tiles: &[TilePixels], tiles_per_row: usize) -> Frame {
+    let side = TILE / index(settings.samples);
+    let (w, h) = (index(settings.width), index(settings.height));
+    let mut pixels = vec![[0_u8; 4]; w * h];
+    let mut depth = vec![f32::INFINITY; w * h];
+    pixels
+        .par_chunks_mut(w)
+        .zip(depth.par_chunks_mut(w))
+        .enumerate()
+        .with_min_len(16)
+        .for_each(|(y, (colors, depths))| {
+            let (ty, sy) = (y / side, y % side);
+            for tx in 0..w.div_ceil(side) {
+                let tile = &tiles[ty * tiles_per_row + tx];
+                let (from, to) = (tx * side, ((tx + 1) * side).min(w));
+                let row = sy * side..sy * side + to - from;
+                colors[from..to].copy_from_slice(&tile.color[row.clone()]);
+                depths[from..to].copy_from_slice(&tile.depth[row]);
             }
+        });
+    let mut normals = Vec::new();
+    if settings.keep_normals {
+        normals.resize(w * h, Vec3::ZERO);
+        for (k, normal) in normals.iter_mut().enumerate() {
+            let (x, y) = (k % w, k / w);
+            let tile = &tiles[y / side * tiles_per_row + x / side];
+            *normal = tile.normals[y % side * side + x % side];
         }
-        Frame {
-            width: self.settings.width,
-            height: self.settings.height,
-            pixels,
-            depth,
-            normals,
-        }
+    }
+    Frame {
+        width: settings.width,
+        height: settings.height,
+        pixels,
+        depth,
+        normals,
     }
 }
 
@@ -307,12 +290,7 @@ fn screen_triangles(
             let id = count(lit.len());
             let normal = a + b + c;
             lit.push(LitTriangle { normal, mesh: m });
-            let [x0, y0, x1, y1] = screen.bounds.map(|b| usize::try_from(b).unwrap_or(0));
-            for ty in y0 / TILE..y1.div_ceil(TILE) {
-                for tx in x0 / TILE..x1.div_ceil(TILE) {
-                    tiles[ty * raster.tiles[0] + tx].push((id, screen));
-                }
-            }
+            raster.for_tiles(screen.bounds, |tile| tiles[tile].push((id, screen)));
         }
     }
     (tiles, lit)
@@ -324,10 +302,11 @@ fn screen_triangle(p: [DVec3; 3], camera: &Camera, raster: &Raster) -> Option<Sc
         return None;
     }
     let q = p.map(|p| {
-        let (scale, near) = match camera.lens {
-            Lens::Perspective { focal } => (focal * h / p.z, 1.0 / p.z),
-            Lens::Orthographic { height } => (h / height, -p.z),
+        let near = match camera.lens {
+            Lens::Perspective { .. } => 1.0 / p.z,
+            Lens::Orthographic { .. } => -p.z,
         };
+        let scale = camera.lens.scale(h, p.z);
         DVec3::new(0.5 * w + scale * p.x, 0.5 * h + scale * p.y, near)
     });
     let area = (q[1] - q[0]).truncate().perp_dot((q[2] - q[0]).truncate());
@@ -351,16 +330,9 @@ fn screen_triangle(p: [DVec3; 3], camera: &Camera, raster: &Raster) -> Option<Sc
     }
     let low = q[0].min(q[1]).min(q[2]);
     let high = q[0].max(q[1]).max(q[2]);
-    let clamp = |v: f64, end: usize| pixel(v).clamp(0, i32::try_from(end).unwrap_or(i32::MAX));
-    let bounds = [
-        clamp(low.x, raster.width),
-        clamp(low.y, raster.height),
-        clamp(high.x + 1.0, raster.width),
-        clamp(high.y + 1.0, raster.height),
-    ];
-    (bounds[0] < bounds[2] && bounds[1] < bounds[3]).then_some(ScreenTriangle {
+    Some(ScreenTriangle {
         edges,
         near: near.map(single),
-        bounds,
+        bounds: raster.bounds([[low.x, low.y], [high.x + 1.0, high.y + 1.0]])?,
     })
 }

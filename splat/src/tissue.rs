@@ -1,39 +1,49 @@
 //! A body's surface that can be cut: surfels, their nodes, new skin and clipped rims.
 
-pub(crate) mod adapt;
-pub(crate) mod binding;
+mod adapt;
+mod binding;
 mod border;
 mod carry;
-pub(crate) mod drawn;
+mod drawn;
 mod eigen;
 mod geometry;
 mod grow;
 mod memory;
-pub(crate) mod near;
-pub(crate) mod normals;
-pub(crate) mod radii;
+mod near;
+mod normals;
+mod radii;
 mod renew;
 mod rim;
-pub(crate) mod skin;
+mod skin;
 mod split;
 #[cfg(test)]
 mod tests;
-pub(crate) mod texture;
+mod texture;
 mod tree;
+
+pub use adapt::follow_curvature;
+use adapt::scatter;
+pub use binding::{Binding, WeightLaw};
+use binding::{Query, Row, Search, Sight};
+use border::Borders;
+pub use drawn::DrawnTissue;
+use eigen::symmetric_eigen;
+use geometry::{
+    Screen, envelope, line_of_plane, nearest_on_segment, nearest_on_triangle, wall_of_triangle,
+};
+use memory::{map_bytes, tree_bytes};
+pub use near::triangle_near_box;
+pub use normals::estimate_normals;
+use radii::{FACE_COSINE, RadiusMap, measure_of, shape_operators, sheet_radius};
+pub use radii::{Measure, RadiusRule, covering_radii, measures};
+use skin::Sample;
+pub use skin::{CutSampler, triangle_area};
+pub use texture::{CAPSULE, PARENCHYMA, TissueTexture};
+use tree::{NodeTree, point_tree};
 
 use crate::cast::{count, index};
 use crate::error::SurfelError;
-use crate::render::clip::Clip;
-use crate::render::scene::SplatView;
-use crate::render::splats::Splats;
-use crate::render::surfels::{Surfels, TexturePlace};
-use crate::tissue::binding::{Binding, Query, Row, Search, WeightLaw};
-use crate::tissue::border::Borders;
-use crate::tissue::memory::{map_bytes, tree_bytes};
-use crate::tissue::radii::{RadiusRule, shape_operators};
-use crate::tissue::skin::CutSampler;
-use crate::tissue::texture::CAPSULE;
-use crate::tissue::tree::{NodeTree, point_tree};
+use crate::render::{Clip, Splat, SplatView, Surfel, TexturePlace};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use renew::Renewal;
@@ -119,7 +129,7 @@ pub struct CutChange {
 /// # Examples
 /// ```
 /// use phyxel_splat::glam::{DMat3, DVec3};
-/// use phyxel_splat::{Splats, Tissue, TissueSettings};
+/// use phyxel_splat::{Tissue, TissueSettings};
 ///
 /// // A flat patch of 10 x 10 surfels, 1 cm apart, carried by four nodes that move up.
 /// let x: Vec<DVec3> = (0..100)
@@ -128,14 +138,14 @@ pub struct CutChange {
 /// let nodes = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z].map(|p| p * 0.1);
 /// let settings = TissueSettings::default();
 /// let tissue = Tissue::new(&x, &[DVec3::Z; 100], &[1e-4; 100], &nodes, &settings)?;
-/// let mut splats = Splats::default();
+/// let mut splats = Vec::new();
 /// tissue.carry_into(&nodes.map(|p| p + DVec3::Z), &[DMat3::IDENTITY; 4], &mut splats);
-/// assert!((splats.positions[42] - x[42] - DVec3::Z).length() < 1e-12);
+/// assert!((splats[42].position - x[42] - DVec3::Z).length() < 1e-12);
 /// # Ok::<(), phyxel_splat::SurfelError>(())
 /// ```
 #[derive(Debug, Clone)]
 pub struct Tissue {
-    surfels: Surfels,
+    surfels: Vec<Surfel>,
     binding: Binding,
     clips: Vec<Option<Arc<Clip>>>,
     settings: TissueSettings,
@@ -169,7 +179,7 @@ impl Tissue {
         rest_nodes: &[DVec3],
         settings: &TissueSettings,
     ) -> Result<Self, SurfelError> {
-        let mut surfels = Surfels::from_samples(positions, normals, areas)?;
+        let surfels = Surfel::from_samples(positions, normals, areas, settings.radius)?;
         let n = surfels.len();
         if rest_nodes.is_empty() {
             return Err(SurfelError::NoNodes { surfels: n });
@@ -177,17 +187,14 @@ impl Tissue {
         if let Some(node) = rest_nodes.iter().position(|x| !x.is_finite()) {
             return Err(SurfelError::BadNode { node });
         }
-        surfels.radii = settings.radius.radii(&surfels.positions, &surfels.normals);
-        surfels.materials.fill(CAPSULE);
-        surfels.shapes = shape_operators(&surfels.positions, &surfels.normals);
         let area: f64 = areas.iter().sum();
         let density = settings
             .skin_density
             .unwrap_or_else(|| n.max(1) as f64 / area.max(f64::MIN_POSITIVE));
         let node_tree = point_tree(rest_nodes);
         let binding = Binding::empty(settings.neighbors, rest_nodes.len());
-        let outer_tree = point_tree(&surfels.positions);
-        let renewal = Renewal::new(settings.radius, &surfels.positions);
+        let outer_tree = point_tree(positions);
+        let renewal = Renewal::new(settings.radius, positions);
         let clips = if settings.clip {
             rim::sharp_edges(&surfels, &outer_tree)
         } else {
@@ -217,7 +224,7 @@ impl Tissue {
 
     /// The surfels, rest frame.
     #[must_use]
-    pub fn surfels(&self) -> &Surfels {
+    pub fn surfels(&self) -> &[Surfel] {
         &self.surfels
     }
 
@@ -231,7 +238,7 @@ impl Tissue {
         };
         let clips: usize = self.clips.iter().flatten().map(share).sum();
         let doubles: usize = self.doubles.values().map(|all| size_of_val(&**all)).sum();
-        self.surfels.bytes()
+        size_of_val(&*self.surfels)
             + self.binding.bytes()
             + size_of_val(&*self.clips)
             + clips
@@ -268,12 +275,14 @@ impl Tissue {
     /// If there is not one entry per surfel.
     pub fn set_places(&mut self, places: Vec<Option<TexturePlace>>) {
         assert_eq!(places.len(), self.surfels.len(), "one place per surfel");
-        self.surfels.places = places;
+        for (surfel, place) in self.surfels.iter_mut().zip(places) {
+            surfel.place = place;
+        }
     }
 
     /// What the renderer needs: carried splats and one linear colour per surfel.
     #[must_use]
-    pub fn view<'a>(&'a self, splats: &'a Splats, colors: &'a [Vec3]) -> SplatView<'a> {
+    pub fn view<'a>(&'a self, splats: &'a [Splat], colors: &'a [Vec3]) -> SplatView<'a> {
         SplatView {
             clips: &self.clips,
             ..SplatView::new(splats, &self.surfels, colors)
@@ -411,9 +420,12 @@ impl Tissue {
 
     /// Where a surfel looks for nodes: from its anchor, a little below the surface.
     fn query(&self, surfel: u32) -> Query {
-        let (eye, normal) = (self.eye(surfel), self.surfels.normals[index(surfel)]);
+        let Surfel {
+            normal, material, ..
+        } = self.surfels[index(surfel)];
+        let eye = self.eye(surfel);
         let (anchor, depth) = (self.anchor(surfel), self.skin_radius());
-        let inner = if self.surfels.materials[index(surfel)] == CAPSULE {
+        let inner = if material == CAPSULE {
             eye - normal * depth
         } else {
             // As deep below the body's surface: skin at a rim goes around a cut's end as the surface beside it does.
@@ -422,7 +434,7 @@ impl Tissue {
             for &(direction, offset) in clip.iter().flat_map(|clip| &clip.edges) {
                 inner -= direction * (inner.dot(direction) - (offset - depth)).max(0.0);
             }
-            let (t0, t1) = Surfels::tangents(normal);
+            let (t0, t1) = Surfel::tangents(normal);
             eye + t0 * (inner.x - anchor.x) + t1 * (inner.y - anchor.y)
         };
         Query {

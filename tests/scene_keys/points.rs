@@ -122,17 +122,17 @@ fn skin_of_points_lies_on_the_body() {
     };
     let painter = drawn(1e-3).expect("the points fit");
     let skin = &painter.skins()[0];
-    let (splats, areas) = (skin.splats(), &skin.tissue.surfels().areas);
-    let (positions, normals) = (&splats.positions, &splats.normals);
-    assert_eq!(positions.len(), count);
-    for (x, normal) in positions.iter().zip(normals) {
-        let local = (*x - DVec3::new(0.1, 0.0, 0.0)) / DVec3::new(0.02, 0.02, 0.04);
+    assert_eq!(skin.splats().len(), count);
+    for splat in skin.splats() {
+        let (x, normal) = (splat.position, splat.normal);
+        let local = (x - DVec3::new(0.1, 0.0, 0.0)) / DVec3::new(0.02, 0.02, 0.04);
         let off = local.abs().max_element() - 1.0;
         assert!(off.abs() < 1e-12, "{x} is {off} off");
-        let out = (local * *normal).max_element();
+        let out = (local * normal).max_element();
         assert!((out - 1.0).abs() < 1e-12, "{x} has the normal {normal}");
     }
-    let area: f64 = areas.iter().sum();
+    let surfels = skin.tissue.surfels().iter();
+    let area: f64 = surfels.map(|surfel| surfel.area).sum();
     let exact = 4.0 * 0.04 * 0.08 + 2.0 * 0.04 * 0.04;
     println!("area {} of the surface's", area / exact);
     assert!((area / exact - 1.0).abs() < 0.1, "{area} m² of {exact}");

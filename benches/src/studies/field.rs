@@ -1,7 +1,7 @@
 //! Displacements under a sphere: nodes' own, which are coefficients, and those that are drawn and written.
 
 use glam::DVec3;
-use phyxel_splat::{Splats, Tissue, TissueSettings};
+use phyxel_splat::{Tissue, TissueSettings};
 
 use super::hertz::TOLERANCE;
 use crate::problems::indentation::{Press, SMALL, SPHERES, cube_lattice, cube_sampled, on_top};
@@ -69,9 +69,10 @@ fn skins(
     let tissue = Tissue::new(&middles, &normals, &areas, &body.rest, &settings)?;
     let gradients = body.elastic.deformation_gradients();
     Ok(positions.map(|nodes| {
-        let mut splats = Splats::default();
+        let mut splats = Vec::new();
         tissue.carry_into(nodes, &gradients, &mut splats);
-        reference.norm(&middles, &splats.positions)
+        let carried: Vec<DVec3> = splats.iter().map(|splat| splat.position).collect();
+        reference.norm(&middles, &carried)
     }))
 }
 

@@ -2,8 +2,7 @@
 
 use glam::DVec3;
 
-use crate::mesh::Mesh;
-use crate::mesh::hierarchy::Hierarchy;
+use crate::mesh::{Hierarchy, Mesh};
 
 /// Faces whose normals differ by more than 40° (cosine) meet at a crease, the others are one smooth
 /// surface.

@@ -2,9 +2,7 @@
 
 use glam::DVec3;
 
-use crate::mesh::sums::{
-    boundary_triangles, nodal_boundary_vectors, nodal_volumes, tetrahedra_edges,
-};
+use crate::mesh::{boundary_triangles, nodal_boundary_vectors, nodal_volumes, tetrahedra_edges};
 
 /// The part of a body that can deform, where a support holds whole tetrahedra: those do not, and the strain of a
 /// node on their face is that of its other side. Taken for both sides it would be half of that, as if the

@@ -4,8 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use robust::{Coord3D, orient3d};
 
-use crate::mesh::hierarchy::Hierarchy;
-use crate::mesh::{Bounds, Mesh, index};
+use crate::mesh::{Bounds, Hierarchy, Mesh, index};
 
 /// Triangles that cross another one, sorted. Exact signs (Shewchuk 1997); triangles that only
 /// touch or overlap in one plane, and neighbours over an edge, do not count.

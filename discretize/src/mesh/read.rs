@@ -21,8 +21,7 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
-use crate::mesh::Mesh;
-use crate::mesh::sums::{boundary_triangles, tetrahedron_volume};
+use crate::mesh::{Mesh, boundary_triangles, tetrahedron_volume};
 pub use cloud::read_point_cloud;
 use text::Text;
 

@@ -5,11 +5,10 @@ use std::fmt;
 
 use glam::DVec3;
 
-use crate::mesh::error::RepairError;
-use crate::mesh::hierarchy::{Hierarchy, winding_number};
-use crate::mesh::intersections::self_intersections;
-use crate::mesh::topology::{Edges, boundary_loops, orient};
-use crate::mesh::{Bounds, Mesh, index};
+use crate::mesh::{
+    Bounds, Edges, Hierarchy, Mesh, RepairError, boundary_loops, index, orient, self_intersections,
+    winding_number,
+};
 
 /// Points of a part that are asked whether they lie in another one.
 const SAMPLES: usize = 5;
@@ -40,7 +39,7 @@ impl Default for RepairSettings {
 }
 
 /// What was found and done.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 #[non_exhaustive]
 pub struct MeshReport {
     /// Vertices and triangles given.
@@ -143,39 +142,36 @@ impl fmt::Display for MeshReport {
 /// [`RepairError`] with the position.
 pub fn repair(mesh: &Mesh, settings: &RepairSettings) -> Result<(Mesh, MeshReport), RepairError> {
     validate(mesh)?;
-    let given = (mesh.vertices.len(), mesh.triangles.len());
     let mut work = mesh.clone().compacted();
-    let unused_vertices = given.0 - work.vertices.len();
-    let bounds = work.bounds();
-    let diagonal = bounds.diagonal();
+    let diagonal = work.bounds().diagonal();
     if !(1e-90..1e90).contains(&diagonal) {
         return Err(RepairError::Scale { diagonal });
     }
-    let given_volume = work.volume();
+    let mut report = MeshReport {
+        given: (mesh.vertices.len(), mesh.triangles.len()),
+        unused_vertices: mesh.vertices.len() - work.vertices.len(),
+        given_volume: work.volume(),
+        ..MeshReport::default()
+    };
     // Welding may join sheets that pass through each other and hide that they are one side.
     orient(&mut work.clone(), &Edges::new(&work)).map_err(|t| one_sided(&work, t))?;
-    let welded_vertices = weld(&mut work, settings.weld_tolerance * diagonal);
-    let (degenerate_triangles, duplicate_triangles) = drop_bad(&mut work);
+    report.welded_vertices = weld(&mut work, settings.weld_tolerance * diagonal);
+    (report.degenerate_triangles, report.duplicate_triangles) = drop_bad(&mut work);
     if work.triangles.is_empty() {
-        return Err(RepairError::Empty {
-            dropped: degenerate_triangles + duplicate_triangles,
-        });
+        let dropped = report.degenerate_triangles + report.duplicate_triangles;
+        return Err(RepairError::Empty { dropped });
     }
-    let mut work = work.compacted();
-    let edges = Edges::new(&work);
-    let non_manifold_edges = edges.non_manifold();
-    let mut oriented = work.clone();
-    let turned_triangles = orient(&mut oriented, &edges).map_err(|t| one_sided(&work, t))?;
-    work = oriented;
-    let (closed_holes, largest_hole) = close_holes(&mut work, settings.largest_hole, diagonal)?;
-    let edges = Edges::new(&work);
-    let (part_of, parts) = edges.parts(work.triangles.len());
-    let Turned {
-        turned: turned_parts,
-        cavities,
-        buried,
-    } = turn_parts(&mut work, &part_of, parts);
-    let (dropped_specks, dropped_buried) =
+    let given = work.compacted();
+    let mut work = given.clone();
+    let edges = Edges::new(&given);
+    report.non_manifold_edges = edges.non_manifold();
+    report.turned_triangles = orient(&mut work, &edges).map_err(|t| one_sided(&given, t))?;
+    let largest = settings.largest_hole;
+    (report.closed_holes, report.largest_hole) = close_holes(&mut work, largest, diagonal)?;
+    let (part_of, parts) = Edges::new(&work).parts(work.triangles.len());
+    report.parts = parts;
+    let buried = turn_parts(&mut work, &part_of, &mut report);
+    (report.dropped_specks, report.dropped_buried) =
         drop_parts(&mut work, &part_of, &buried, settings.smallest_part);
     let work = work.compacted();
     let edges = Edges::new(&work);
@@ -189,35 +185,17 @@ pub fn repair(mesh: &Mesh, settings: &RepairSettings) -> Result<(Mesh, MeshRepor
     if volume <= 1e-12 * area * area.sqrt() {
         return Err(RepairError::NoVolume { volume, area });
     }
-    let bounds = work.bounds();
-    let report = MeshReport {
-        given,
-        kept: (work.vertices.len(), work.triangles.len()),
-        unused_vertices,
-        welded_vertices,
-        degenerate_triangles,
-        duplicate_triangles,
-        non_manifold_edges,
-        turned_triangles,
-        turned_parts,
-        closed_holes,
-        largest_hole,
-        parts,
-        dropped_specks,
-        dropped_buried,
-        cavities,
-        genus: (edges.non_manifold() == 0)
-            .then(|| edges.genus(&work, parts - dropped_specks - dropped_buried))
-            .flatten(),
-        self_intersecting: settings
-            .find_self_intersections
-            .then(|| self_intersections(&work, &Hierarchy::new(&work)).len()),
-        given_volume,
-        volume,
-        area,
-        min: bounds.min,
-        max: bounds.max,
-    };
+    (report.volume, report.area) = (volume, area);
+    report.kept = (work.vertices.len(), work.triangles.len());
+    (report.min, report.max) = (work.bounds().min, work.bounds().max);
+    if edges.non_manifold() == 0 {
+        let kept = parts - report.dropped_specks - report.dropped_buried;
+        report.genus = edges.genus(&work, kept);
+    }
+    if settings.find_self_intersections {
+        let crossing = self_intersections(&work, &Hierarchy::new(&work));
+        report.self_intersecting = Some(crossing.len());
+    }
     Ok((work, report))
 }
 
@@ -344,19 +322,10 @@ fn close_holes(mesh: &mut Mesh, share: f64, diagonal: f64) -> Result<(usize, f64
     Ok((loops.len(), largest.0))
 }
 
-/// What [`turn_parts`] found.
-struct Turned {
-    /// Parts turned.
-    turned: usize,
-    /// Parts that bound cavities.
-    cavities: usize,
-    /// Whether each part adds nothing to the body.
-    buried: Vec<bool>,
-}
-
 /// Turns outermost parts that are inside out, and what lies in them with them. A part adds to the body
-/// if it parts inside from outside.
-fn turn_parts(mesh: &mut Mesh, part_of: &[u32], parts: usize) -> Turned {
+/// if it parts inside from outside; whether each part adds nothing.
+fn turn_parts(mesh: &mut Mesh, part_of: &[u32], report: &mut MeshReport) -> Vec<bool> {
+    let parts = report.parts;
     let mut pieces: Vec<Mesh> = vec![Mesh::default(); parts];
     for (t, &part) in part_of.iter().enumerate() {
         let piece = &mut pieces[part as usize];
@@ -389,7 +358,6 @@ fn turn_parts(mesh: &mut Mesh, part_of: &[u32], parts: usize) -> Turned {
         })
         .collect();
     let outward = |part: usize| (volumes[part] < 0.0) == turn[part];
-    let mut cavities = 0;
     let mut buried = vec![false; parts];
     for part in 0..parts {
         let winding: i32 = around[part]
@@ -399,18 +367,15 @@ fn turn_parts(mesh: &mut Mesh, part_of: &[u32], parts: usize) -> Turned {
         // Inside is where the winding number is 1 or more.
         let within = winding + if outward(part) { 1 } else { -1 };
         buried[part] = (winding >= 1) == (within >= 1);
-        cavities += usize::from(!outward(part) && !buried[part]);
+        report.cavities += usize::from(!outward(part) && !buried[part]);
     }
     for (triangle, part) in mesh.triangles.iter_mut().zip(part_of) {
         if turn[*part as usize] {
             triangle.swap(1, 2);
         }
     }
-    Turned {
-        turned: turn.iter().filter(|t| **t).count(),
-        cavities,
-        buried,
-    }
+    report.turned_parts = turn.iter().filter(|t| **t).count();
+    buried
 }
 
 /// Whether most of a few points of one part lie inside another; single ones may lie on it.

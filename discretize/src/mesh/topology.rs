@@ -1,8 +1,6 @@
 //! Edges of a triangle mesh: neighbours, orientation, holes, parts, genus.
 
-use crate::mesh::sums::rows;
-use crate::mesh::union_find::Groups;
-use crate::mesh::{Mesh, index};
+use crate::mesh::{Groups, Mesh, index, rows};
 
 /// One side of a triangle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -17,18 +17,11 @@ pub enum Field<'a> {
 /// A surface as binary little-endian PLY with double coordinates.
 #[must_use]
 pub fn ply_mesh(mesh: &Mesh) -> Vec<u8> {
-    let mut out = format!(
-        "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty double x\n\
-         property double y\nproperty double z\nelement face {}\n\
-         property list uchar uint vertex_indices\nend_header\n",
-        mesh.vertices.len(),
-        mesh.triangles.len()
-    )
-    .into_bytes();
-    for p in &mesh.vertices {
-        p.to_array()
-            .iter()
-            .for_each(|x| out.extend(x.to_le_bytes()));
+    let faces = mesh.triangles.len();
+    let faces = format!("element face {faces}\nproperty list uchar uint vertex_indices\n");
+    let mut out = ply_header(mesh.vertices.len(), "x y z", &faces);
+    for x in mesh.vertices.iter().flat_map(|p| p.to_array()) {
+        out.extend(x.to_le_bytes());
     }
     for t in &mesh.triangles {
         out.push(3);
@@ -37,22 +30,22 @@ pub fn ply_mesh(mesh: &Mesh) -> Vec<u8> {
     out
 }
 
+/// The header of vertices with properties, words of a text, and of what follows them.
+fn ply_header(vertices: usize, properties: &str, rest: &str) -> Vec<u8> {
+    let properties = properties.split(' ');
+    let properties: String = properties
+        .map(|p| format!("property double {p}\n"))
+        .collect();
+    let head = format!("ply\nformat binary_little_endian 1.0\nelement vertex {vertices}\n");
+    (head + &properties + rest + "end_header\n").into_bytes()
+}
+
 /// Surfels as binary little-endian PLY: position, normal, area.
 #[must_use]
 pub fn ply_surfels(surfels: &SurfaceSamples) -> Vec<u8> {
-    let mut out = format!(
-        "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty double x\n\
-         property double y\nproperty double z\nproperty double nx\nproperty double ny\n\
-         property double nz\nproperty double area\nend_header\n",
-        surfels.positions.len()
-    )
-    .into_bytes();
-    for ((p, n), a) in surfels
-        .positions
-        .iter()
-        .zip(&surfels.normals)
-        .zip(&surfels.areas)
-    {
+    let mut out = ply_header(surfels.positions.len(), "x y z nx ny nz area", "");
+    let vectors = surfels.positions.iter().zip(&surfels.normals);
+    for ((p, n), a) in vectors.zip(&surfels.areas) {
         let values = p.to_array().into_iter().chain(n.to_array()).chain([*a]);
         values.for_each(|x| out.extend(x.to_le_bytes()));
     }

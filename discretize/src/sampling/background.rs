@@ -2,8 +2,7 @@
 
 use glam::DVec3;
 
-use crate::sampling::error::SampleError;
-use crate::sampling::oracle::Oracle;
+use crate::sampling::{SampleError, Solid};
 
 /// What is called for a tetrahedron with the ranks of its edges' lengths.
 pub(crate) type Visit<'a> = dyn FnMut([u32; 4], &[[u8; 4]; 4]) + 'a;
@@ -36,7 +35,7 @@ pub(crate) trait Background: Sync {
     fn size(&self, id: u32) -> f64;
 
     /// Signs at all points: 1 inside, 0 on the surface, -1 outside.
-    fn signs(&self, oracle: &Oracle<'_>) -> Result<Vec<i8>, SampleError>;
+    fn signs(&self, solid: &Solid) -> Result<Vec<i8>, SampleError>;
 
     /// Every edge with an end inside and an end outside, once.
     fn crossed_edges(&self, sign: &[i8]) -> Vec<Edge>;

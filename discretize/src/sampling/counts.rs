@@ -2,8 +2,7 @@
 
 use glam::DVec3;
 
-use crate::sampling::error::SampleError;
-use crate::sampling::measures::Measures;
+use crate::sampling::{Measures, SampleError};
 
 /// Mean edge of the lattice's tetrahedra over the cell: six long edges of 1 and eight short ones
 /// of `sqrt(3)/2` meet in every point.

@@ -3,20 +3,12 @@
 
 use glam::DVec3;
 
-use crate::mesh::Bounds;
-use crate::mesh::sums::tetrahedra_edges;
-use crate::sampling::background::Background;
-use crate::sampling::counts::{MEAN_EDGE, SHIFT, SURFACE_NODES, model, solve_cell, too_fine};
-use crate::sampling::error::SampleError;
-use crate::sampling::graded::Graded;
-use crate::sampling::improve::improve;
-use crate::sampling::lattice::Lattice;
-use crate::sampling::measures::Measures;
-use crate::sampling::octree::Octree;
-use crate::sampling::oracle::Oracle;
-use crate::sampling::settings::SampleSettings;
-use crate::sampling::slimness::{self, Slimness};
-use crate::sampling::stuffing::{Stuffed, stuff};
+use crate::mesh::{Bounds, tetrahedra_edges};
+use crate::sampling::slimness;
+use crate::sampling::{
+    Background, Graded, Lattice, MEAN_EDGE, Measures, Octree, SHIFT, SURFACE_NODES, SampleError,
+    SampleSettings, Slimness, Solid, Stuffed, improve, model, solve_cell, stuff, too_fine,
+};
 
 /// Rounds of the search for a spacing that gives the wanted number of nodes.
 const COUNT_ROUNDS: usize = 16;
@@ -45,14 +37,14 @@ const REMOVED: f64 = 0.66;
 
 /// Fills one body as the settings say.
 pub(crate) struct Filler<'a> {
-    oracle: &'a Oracle<'a>,
+    solid: &'a Solid,
     settings: &'a SampleSettings,
 }
 
 impl<'a> Filler<'a> {
     /// The grading of the settings was checked before.
-    pub(crate) fn new(oracle: &'a Oracle<'a>, settings: &'a SampleSettings) -> Self {
-        Self { oracle, settings }
+    pub(crate) fn new(solid: &'a Solid, settings: &'a SampleSettings) -> Self {
+        Self { solid, settings }
     }
 
     /// Tetrahedra at a cell size.
@@ -79,9 +71,9 @@ impl<'a> Filler<'a> {
                 }
                 other => other?,
             };
-            if self.oracle.solid.is_box() {
+            if self.solid.is_box {
                 // One cell along each side, and these are no longer what was asked for.
-                let widest = self.oracle.solid.bounds().size().max_element();
+                let widest = self.solid.bounds().size().max_element();
                 if widest < LEAST_FIT * cell {
                     let largest = self.settings.largest_lattice;
                     return Err(self.body(largest).vanished(cell));
@@ -103,8 +95,8 @@ impl<'a> Filler<'a> {
     }
 
     fn improve(&self, stuffed: &mut Stuffed) {
-        if !self.oracle.solid.is_box() {
-            improve(stuffed, self.oracle.solid, self.settings.smoothing_sweeps);
+        if !self.solid.is_box {
+            improve(stuffed, self.solid, self.settings.smoothing_sweeps);
         }
     }
 
@@ -115,13 +107,13 @@ impl<'a> Filler<'a> {
             let spacing = cell * MEAN_EDGE;
             return Err(SampleError::Spacing { spacing });
         }
-        let solid = self.oracle.solid;
+        let solid = self.solid;
         let bounds = solid.bounds();
-        let (cells, start) = if solid.is_box() {
+        let (cells, start) = if solid.is_box {
             let count = (bounds.size() / cell + 0.5 + shift - shift.round()).floor();
             (bounds.size() / count.max(DVec3::ONE), bounds.min)
         } else {
-            let shift = shift + self.oracle.offset();
+            let shift = shift + self.solid.offset();
             (DVec3::splat(cell), bounds.min - shift.fract() * cell)
         };
         if self.settings.grading.is_uniform() {
@@ -136,12 +128,12 @@ impl<'a> Filler<'a> {
     }
 
     fn body(&self, largest: usize) -> Slimness<'a> {
-        Slimness::new(self.oracle.solid, largest, usize::MAX, model)
+        Slimness::new(self.solid, largest, usize::MAX, model)
     }
 
     fn stuff(&self, background: &dyn Background, cell: f64) -> Result<Stuffed, SampleError> {
-        let stuffed = stuff(background, self.oracle)?;
-        if stuffed.tetrahedra.is_empty() || slimness::is_mostly_lost(self.oracle.solid, &stuffed) {
+        let stuffed = stuff(background, self.solid)?;
+        if stuffed.tetrahedra.is_empty() || slimness::is_mostly_lost(self.solid, &stuffed) {
             return Err(self.body(self.settings.largest_lattice).vanished(cell));
         }
         Ok(stuffed)
@@ -169,12 +161,12 @@ impl<'a> Filler<'a> {
         let target = wanted as f64;
         let tolerance = self.settings.count_tolerance * target;
         // Share of the surface nodes that improving removes.
-        let mut removed = if self.settings.smoothing_sweeps == 0 || self.oracle.solid.is_box() {
+        let mut removed = if self.settings.smoothing_sweeps == 0 || self.solid.is_box {
             0.0
         } else {
             REMOVED
         };
-        let solid = self.oracle.solid;
+        let solid = self.solid;
         let size = solid.bounds().size();
         let Measures {
             mut volume,
@@ -182,7 +174,7 @@ impl<'a> Filler<'a> {
         } = solid.measures();
         let body = Slimness::new(solid, self.settings.largest_lattice, wanted, model);
         body.check_count(wanted)?;
-        if solid.is_box() && self.settings.grading.is_uniform() {
+        if solid.is_box && self.settings.grading.is_uniform() {
             return self.fill_box(wanted, &body);
         }
         let first = body.cell_of(target);
@@ -272,7 +264,7 @@ impl<'a> Filler<'a> {
     /// A fitted lattice of `a b c` cells has `(a+1)(b+1)(c+1)` corners, `a b c` centres and
     /// `2 (a b + b c + c a)` nodes in the middles of the outer squares.
     fn fill_box(&self, wanted: usize, body: &Slimness<'_>) -> Result<(Stuffed, f64), SampleError> {
-        let size = self.oracle.solid.bounds().size();
+        let size = self.solid.bounds().size();
         let target = wanted as f64;
         let nodes = |n: DVec3| {
             (n + 1.0).element_product()
@@ -310,7 +302,7 @@ impl<'a> Filler<'a> {
             }
             return Err(SampleError::NodeCount { wanted, reached });
         }
-        let bounds = self.oracle.solid.bounds();
+        let bounds = self.solid.bounds();
         let lattice = lattice_from(&bounds, size / n, bounds.min, self.settings.largest_lattice)?;
         let cell = (size / n).element_sum() / 3.0;
         Ok((self.stuff(&lattice, cell)?, cell))

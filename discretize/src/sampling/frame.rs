@@ -3,10 +3,7 @@
 use glam::{DMat3, DVec3};
 
 use crate::mesh::Mesh;
-use crate::sampling::error::SampleError;
-use crate::sampling::grading::{Grading, Refinement};
-use crate::sampling::settings::{SampleSettings, SampleTarget};
-use crate::sampling::solid::Solid;
+use crate::sampling::{Grading, Refinement, SampleError, SampleSettings, SampleTarget, Solid};
 
 /// Coordinates are rounded to this fraction of the longest side: far above the round-off by which two
 /// copies of a mesh in different units differ, far below what a mesh resolves (2^-24 in single precision).
@@ -17,7 +14,8 @@ const GRAIN: f64 = 1.0 / (1_u64 << 36) as f64;
 pub(crate) struct Frame {
     origin: DVec3,
     turn: DMat3,
-    length: f64,
+    /// Length of the frame's unit.
+    pub length: f64,
 }
 
 impl Frame {
@@ -42,7 +40,7 @@ impl Frame {
 
     /// The frame that a body was turned from, and the body there.
     pub(crate) fn upright(solid: &Solid) -> Option<(Self, &Solid)> {
-        let upright = solid.upright()?;
+        let upright = solid.upright.as_deref()?;
         let frame = Self {
             origin: upright.translation,
             turn: upright.rotation,
@@ -68,11 +66,6 @@ impl Frame {
         for area in areas {
             *area = self.turn * (*area * (self.length * self.length));
         }
-    }
-
-    /// Length of the frame's unit.
-    pub(crate) fn length(self) -> f64 {
-        self.length
     }
 
     /// What is asked for, in the frame.

@@ -9,14 +9,10 @@ use std::collections::HashMap;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::mesh::index;
-use crate::mesh::sums::{rows, tetrahedron_volume};
-use crate::mesh::union_find::Groups;
-use crate::sampling::background::{Background, Edge, Visit};
-use crate::sampling::error::SampleError;
-use crate::sampling::lattice::{WARP_LONG, WARP_SHORT};
-use crate::sampling::octree::{Cell, Octree};
-use crate::sampling::oracle::Oracle;
+use crate::mesh::{Groups, index, rows, tetrahedron_volume};
+use crate::sampling::{
+    Background, Cell, Edge, Octree, SampleError, Solid, Visit, WARP_LONG, WARP_SHORT,
+};
 
 /// Tetrahedra that one thread cuts at a time.
 const CHUNK: usize = 4096;
@@ -42,7 +38,7 @@ pub(crate) struct Graded<'a> {
 
 impl<'a> Graded<'a> {
     pub(crate) fn new(octree: &'a Octree) -> Self {
-        let cells = octree.cells();
+        let cells = &octree.cells;
         let pieces: Vec<Vec<[Halves; 4]>> = cells
             .par_chunks(1024)
             .map(|chunk| {
@@ -75,7 +71,7 @@ impl<'a> Graded<'a> {
                     continue;
                 };
                 width[v as usize] = width[v as usize].min(w);
-                if !octree.is_at_surface(leaf) {
+                if !octree.at_surface[leaf] {
                     calm.push([*first.get_or_insert(v), v]);
                 }
             }
@@ -105,75 +101,71 @@ fn lattice_points(cell: Cell) -> impl Iterator<Item = Halves> {
 /// Emits the tetrahedra of one leaf: those inside it, and those it shares with its next equal
 /// neighbours.
 fn fill(octree: &Octree, cell: Cell, out: &mut Vec<[Halves; 4]>) {
+    for axis in 0..3 {
+        for up in [false, true] {
+            let mut beyond = cell.at.map(i64::from);
+            beyond[axis] += if up { i64::from(cell.width()) } else { -1 };
+            if let Some(other) = octree.leaf_at(beyond) {
+                fill_at(octree, cell, octree.cells[other], (axis, up), out);
+            }
+        }
+    }
+}
+
+/// The same at one face, with its neighbour there.
+fn fill_at(
+    octree: &Octree,
+    cell: Cell,
+    other: Cell,
+    (axis, up): (usize, bool),
+    out: &mut Vec<[Halves; 4]>,
+) {
     let w = cell.width();
-    let at = cell.at.map(i64::from);
     let step = i64::from(w);
     let center = cell.at.map(|x| 2 * x + w);
-    for axis in 0..3 {
-        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-        for up in [false, true] {
-            let mut beyond = at;
-            beyond[axis] += if up { step } else { -1 };
-            let Some(other) = octree.leaf_at(beyond) else {
-                continue;
-            };
-            let other = octree.cells()[other];
-            let mut base = cell.at.map(|x| 2 * x);
-            base[axis] += if up { 2 * w } else { 0 };
-            let ring = [[0, 0], [2 * w, 0], [2 * w, 2 * w], [0, 2 * w]].map(|[du, dv]| {
-                let mut corner = base;
-                corner[u] += du;
-                corner[v] += dv;
-                corner
-            });
-            if other.level > cell.level {
-                // The larger neighbour's face has its middle at one corner of this one.
-                let apart = |corner: Halves| {
-                    [u, v]
-                        .iter()
-                        .all(|&a| corner[a] == 2 * other.at[a] + other.width())
-                };
-                let k = (0..4).find(|k| apart(ring[*k])).unwrap_or(0);
-                let [a, b, c, d] = [0, 1, 2, 3].map(|i| ring[(k + i) % 4]);
-                out.push([center, a, b, c]);
-                out.push([center, a, c, d]);
-                continue;
-            }
-            let middle = |a: Halves, b: Halves| [0, 1, 2].map(|i| a[i].midpoint(b[i]));
-            if other.level < cell.level {
-                let face = middle(ring[0], ring[2]);
-                for side in 0..4 {
-                    let (a, b) = (ring[side], ring[(side + 1) % 4]);
-                    let m = middle(a, b);
-                    out.push([center, face, a, m]);
-                    out.push([center, face, m, b]);
-                }
-                continue;
-            }
-            if !up {
-                continue;
-            }
-            let opposite = other.at.map(|x| 2 * x + w);
-            for side in 0..4 {
-                let (a, b) = (ring[side], ring[(side + 1) % 4]);
-                // The two cells across the edge: is one of them divided?
-                let out_of = if side % 2 == 0 { v } else { u };
-                let mut across = at;
-                across[out_of] += if matches!(side, 1 | 2) { step } else { -step };
-                let mut diagonal = across;
-                diagonal[axis] += step;
-                let divided = [across, diagonal].into_iter().any(|p| {
-                    octree
-                        .leaf_at(p)
-                        .is_some_and(|leaf| octree.cells()[leaf].level < cell.level)
-                });
-                if divided {
-                    let m = middle(a, b);
-                    out.push([center, opposite, a, m]);
-                    out.push([center, opposite, m, b]);
-                } else {
-                    out.push([center, opposite, a, b]);
-                }
+    let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+    let mut base = cell.at.map(|x| 2 * x);
+    base[axis] += if up { 2 * w } else { 0 };
+    let ring = [[0, 0], [2 * w, 0], [2 * w, 2 * w], [0, 2 * w]].map(|[du, dv]| {
+        let mut corner = base;
+        corner[u] += du;
+        corner[v] += dv;
+        corner
+    });
+    let sides = [0, 1, 2, 3].map(|side| (side, ring[side], ring[(side + 1) % 4]));
+    let middle = |a: Halves, b: Halves| [0, 1, 2].map(|i| a[i].midpoint(b[i]));
+    if other.level > cell.level {
+        // The larger neighbour's face has its middle at one corner of this one.
+        let is_middle = |c: Halves| {
+            [u, v]
+                .iter()
+                .all(|&a| c[a] == 2 * other.at[a] + other.width())
+        };
+        let k = (0..4).find(|k| is_middle(ring[*k])).unwrap_or(0);
+        let [a, b, c, d] = [0, 1, 2, 3].map(|i| ring[(k + i) % 4]);
+        out.extend([[center, a, b, c], [center, a, c, d]]);
+    } else if other.level < cell.level {
+        let face = middle(ring[0], ring[2]);
+        for (_, a, b) in sides {
+            let m = middle(a, b);
+            out.extend([[center, face, a, m], [center, face, m, b]]);
+        }
+    } else if up {
+        let opposite = other.at.map(|x| 2 * x + w);
+        for (side, a, b) in sides {
+            // The two cells across the edge: is one of them divided?
+            let out_of = if side % 2 == 0 { v } else { u };
+            let mut across = cell.at.map(i64::from);
+            across[out_of] += if matches!(side, 1 | 2) { step } else { -step };
+            let mut diagonal = across;
+            diagonal[axis] += step;
+            let smaller = |leaf: usize| octree.cells[leaf].level < cell.level;
+            let mut both = [across, diagonal].into_iter();
+            if both.any(|p| octree.leaf_at(p).is_some_and(smaller)) {
+                let m = middle(a, b);
+                out.extend([[center, opposite, a, m], [center, opposite, m, b]]);
+            } else {
+                out.push([center, opposite, a, b]);
             }
         }
     }
@@ -201,11 +193,11 @@ impl Background for Graded<'_> {
         self.octree.edge(self.width[id as usize])
     }
 
-    fn signs(&self, oracle: &Oracle<'_>) -> Result<Vec<i8>, SampleError> {
+    fn signs(&self, solid: &Solid) -> Result<Vec<i8>, SampleError> {
         // Points of a leaf that the surface does not touch share their sign.
         let n = self.points.len();
         let mut alike = Groups::new(n);
-        if oracle.solid.mesh().is_some() {
+        if solid.mesh().is_some() {
             for [a, b] in &self.calm {
                 alike.join(*a, *b);
             }
@@ -216,7 +208,7 @@ impl Background for Graded<'_> {
             .with_min_len(256)
             .map(|v| {
                 if roots[v] as usize == v {
-                    oracle.sign_at(self.position(index(v)))
+                    solid.sign_at(self.position(index(v)))
                 } else {
                     Ok(0)
                 }

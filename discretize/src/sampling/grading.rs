@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::sampling::error::SampleError;
+use crate::sampling::SampleError;
 
 /// A region with smaller distances between nodes.
 #[derive(Debug, Clone, Copy, PartialEq)]

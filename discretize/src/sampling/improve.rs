@@ -6,11 +6,8 @@
 
 use glam::DVec3;
 
-use crate::mesh::area_vector;
-use crate::mesh::hierarchy::closest_on_triangle;
-use crate::sampling::patch::Patch;
-use crate::sampling::solid::Solid;
-use crate::sampling::stuffing::Stuffed;
+use crate::mesh::{area_vector, closest_on_triangle};
+use crate::sampling::{Patch, Solid, Stuffed};
 
 /// Fractions of the path to the middle of the neighbours that are tried.
 const STEPS: [f64; 3] = [1.0, 0.5, 0.25];

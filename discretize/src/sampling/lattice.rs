@@ -3,11 +3,8 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::mesh::hierarchy::Hierarchy;
-use crate::mesh::{Bounds, Mesh, index};
-use crate::sampling::background::{Background, Edge, Visit};
-use crate::sampling::error::SampleError;
-use crate::sampling::oracle::Oracle;
+use crate::mesh::{Bounds, Hierarchy, Mesh, index};
+use crate::sampling::{Background, Edge, SampleError, Solid, Visit};
 
 /// A lattice point moves onto the surface if a cut lies within this fraction of a long edge.
 /// Labelle & Shewchuk 2007, table 1 (the pair that bounds dihedral angles by 10.7 and 164.8).
@@ -125,11 +122,10 @@ impl Background for Lattice {
         self.cell.element_sum() / 3.0
     }
 
-    fn signs(&self, oracle: &Oracle<'_>) -> Result<Vec<i8>, SampleError> {
-        let solid = oracle.solid;
+    fn signs(&self, solid: &Solid) -> Result<Vec<i8>, SampleError> {
         match solid.mesh().zip(solid.hierarchy()) {
             Some((mesh, hierarchy)) => Ok(signs_mesh(mesh, hierarchy, self)),
-            None => signs_implicit(oracle, self),
+            None => signs_implicit(solid, self),
         }
     }
 
@@ -172,13 +168,13 @@ impl Background for Lattice {
 }
 
 /// Signs by the function of an implicit body.
-fn signs_implicit(oracle: &Oracle<'_>, lattice: &Lattice) -> Result<Vec<i8>, SampleError> {
+fn signs_implicit(solid: &Solid, lattice: &Lattice) -> Result<Vec<i8>, SampleError> {
     let mut sign = vec![0_i8; lattice.point_count()];
     sign.par_chunks_mut(4096)
         .enumerate()
         .try_for_each(|(chunk, out)| {
             for (offset, sign) in out.iter_mut().enumerate() {
-                *sign = oracle.sign_at(lattice.position(index(chunk * 4096 + offset)))?;
+                *sign = solid.sign_at(lattice.position(index(chunk * 4096 + offset)))?;
             }
             Ok(())
         })?;

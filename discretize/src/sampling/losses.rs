@@ -2,37 +2,35 @@
 
 use rayon::prelude::*;
 
-use crate::mesh::hierarchy::Hierarchy;
-use crate::mesh::union_find::Groups;
-use crate::mesh::{Bounds, Mesh};
-use crate::sampling::counts::nodes_at;
-use crate::sampling::error::SampleError;
-use crate::sampling::oracle::Oracle;
-use crate::sampling::solid::Solid;
+use crate::mesh::{Bounds, Groups, Hierarchy, Mesh};
+use crate::sampling::{SampleError, Solid, nodes_at};
 
 /// Counts cavities that no edge met; an outward part that no edge met is an error.
 pub(crate) fn check_parts(
-    oracle: &Oracle<'_>,
+    solid: &Solid,
     parts_hit: &[bool],
     spacing: f64,
 ) -> Result<usize, SampleError> {
-    let Some(mesh) = oracle.solid.mesh() else {
+    let Some(mesh) = solid.mesh() else {
         return Ok(0);
     };
     let mut lost: Option<(Bounds, usize)> = None;
     let mut thinnest = f64::INFINITY;
     let mut cavities = 0;
+    let (part_of, count) = solid.parts();
+    let of = |part: usize| {
+        let all = mesh.triangles.iter().zip(part_of);
+        let own = all.filter(|(_, other)| **other as usize == part);
+        own.map(|(triangle, _)| *triangle).collect()
+    };
     for (part, _) in parts_hit.iter().enumerate().filter(|(_, hit)| !**hit) {
         let own = Mesh {
             vertices: mesh.vertices.clone(),
-            triangles: oracle
-                .triangles_of(part)
-                .map(|t| mesh.triangles[t])
-                .collect(),
+            triangles: of(part),
         };
         if own.volume() < 0.0 {
             cavities += 1;
-        } else if !is_buried(oracle.solid, &own) {
+        } else if !is_buried(solid, &own) {
             let bounds = own.bounds();
             thinnest = thinnest.min(2.0 * own.volume() / own.area());
             lost = Some(lost.map_or((bounds, 1), |(first, n)| (first, n + 1)));
@@ -44,11 +42,11 @@ pub(crate) fn check_parts(
             let advice = (0.5 * thinnest).min(0.5 * spacing);
             Err(SampleError::LostParts {
                 parts,
-                of: oracle.part_count(),
+                of: *count,
                 spacing,
                 near: bounds.center(),
                 advice,
-                nodes: nodes_at(advice, oracle.solid.measures()),
+                nodes: nodes_at(advice, solid.measures()),
             })
         }
     }

@@ -4,10 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::mesh::Bounds;
-use crate::sampling::counts::too_fine;
-use crate::sampling::error::SampleError;
-use crate::sampling::grading::Grading;
-use crate::sampling::solid::Solid;
+use crate::sampling::{Grading, SampleError, Solid, too_fine};
 
 /// Most halvings between the largest and the smallest cell.
 const MOST_LEVELS: u32 = 10;
@@ -63,9 +60,9 @@ pub struct Octree {
     /// Width of the block in units per axis.
     extent: [u32; 3],
     /// In the order of their keys.
-    cells: Vec<Cell>,
+    pub(crate) cells: Vec<Cell>,
     keys: Vec<u64>,
-    at_surface: Vec<bool>,
+    pub(crate) at_surface: Vec<bool>,
 }
 
 impl Octree {
@@ -122,48 +119,29 @@ impl Octree {
         for k in 0..roots[2] {
             for j in 0..roots[1] {
                 for i in 0..roots[0] {
-                    open.push(Cell {
-                        at: [i, j, k].map(|n| n << root),
-                        level: root,
-                    });
+                    let at = [i, j, k].map(|n| n << root);
+                    open.push(Cell { at, level: root });
                 }
             }
         }
-        let mut leaves = Vec::new();
-        while !open.is_empty() {
-            let split: Vec<bool> = open
-                .par_iter()
-                .map(|c| tree.wants_split(*c, solid, cell, grading))
-                .collect::<Result<_, _>>()?;
-            let mut next = Vec::new();
-            for (c, split) in open.into_iter().zip(split) {
-                if split {
-                    next.extend(c.children());
-                } else {
-                    leaves.push(c);
-                }
+        let check = |cells: usize| {
+            if cells > largest {
+                return Err(too_fine(cell, cells as f64, largest as f64));
             }
-            if leaves.len() + next.len() > largest {
-                let cells = (leaves.len() + next.len()) as f64;
-                return Err(too_fine(cell, cells, largest as f64));
-            }
-            open = next;
-        }
+            Ok(())
+        };
+        let wants_split = |c: &Cell| tree.wants_split(*c, solid, cell, grading);
+        let leaves = refine(open, wants_split, check)?;
         tree.set_cells(leaves);
         for level in 0..root {
             tree.balance(level);
-            if tree.cells.len() > largest {
-                return Err(too_fine(cell, tree.cells.len() as f64, largest as f64));
-            }
+            check(tree.cells.len())?;
         }
-        tree.at_surface = tree
-            .cells
-            .par_iter()
-            .map(|c| {
-                let (center, size) = tree.place(*c);
-                at_surface(solid, center, size)
-            })
-            .collect();
+        let at_surface = |c: &Cell| {
+            let (center, size) = tree.place(*c);
+            at_surface(solid, center, size)
+        };
+        tree.at_surface = tree.cells.par_iter().map(at_surface).collect();
         Ok(tree)
     }
 
@@ -182,14 +160,6 @@ impl Octree {
                 }
             })
             .collect()
-    }
-
-    pub(crate) fn cells(&self) -> &[Cell] {
-        &self.cells
-    }
-
-    pub(crate) fn is_at_surface(&self, leaf: usize) -> bool {
-        self.at_surface[leaf]
     }
 
     /// Position of a point given in halves of the smallest cell.
@@ -313,6 +283,32 @@ impl Octree {
             self.set_cells(cells);
         }
     }
+}
+
+/// Divides cells, and their parts, until none wants it; `check` sees the number of all so far.
+fn refine(
+    mut open: Vec<Cell>,
+    wants_split: impl Fn(&Cell) -> Result<bool, SampleError> + Sync,
+    check: impl Fn(usize) -> Result<(), SampleError>,
+) -> Result<Vec<Cell>, SampleError> {
+    let mut leaves = Vec::new();
+    while !open.is_empty() {
+        let split: Vec<bool> = open
+            .par_iter()
+            .map(&wants_split)
+            .collect::<Result<_, _>>()?;
+        let mut next = Vec::new();
+        for (c, split) in open.into_iter().zip(split) {
+            if split {
+                next.extend(c.children());
+            } else {
+                leaves.push(c);
+            }
+        }
+        check(leaves.len() + next.len())?;
+        open = next;
+    }
+    Ok(leaves)
 }
 
 fn at_surface(solid: &Solid, center: DVec3, size: DVec3) -> bool {

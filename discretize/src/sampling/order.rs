@@ -169,6 +169,7 @@ fn hilbert(mut x: [u32; 3]) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::rows;
     use testkit::cloud::uniform;
 
     /// On a full lattice of 8³ points a Hilbert curve goes from face neighbour to face neighbour; any
@@ -208,30 +209,20 @@ mod tests {
     }
 
     /// Neighbours on a lattice of `sides` whose nodes are named by `name`, as CSR.
-    fn lattice_edges(sides: [u32; 3], name: &[u32]) -> (Vec<u32>, Vec<u32>) {
-        let mut rows = vec![Vec::new(); name.len()];
-        let number = |[x, y, z]: [u32; 3]| name[(x + sides[0] * (y + sides[1] * z)) as usize];
-        for z in 0..sides[2] {
-            for y in 0..sides[1] {
-                for x in 0..sides[0] {
-                    for axis in 0..3 {
-                        let mut to = [x, y, z];
-                        to[axis] += 1;
-                        if to[axis] < sides[axis] {
-                            let (a, b) = (number([x, y, z]), number(to));
-                            rows[a as usize].push(b);
-                            rows[b as usize].push(a);
-                        }
-                    }
+    fn lattice_edges(sides: [usize; 3], name: &[u32]) -> (Vec<u32>, Vec<u32>) {
+        let steps = [1, sides[0], sides[0] * sides[1]];
+        let mut edges = Vec::new();
+        for (k, &a) in name.iter().enumerate() {
+            for (step, side) in steps.into_iter().zip(sides) {
+                if k / step % side + 1 < side {
+                    let b = name[k + step];
+                    edges.extend([(a, b), (b, a)]);
                 }
             }
         }
-        let mut offsets = vec![0];
-        for row in &mut rows {
-            row.sort_unstable();
-            offsets.push(offsets.last().copied().unwrap_or(0) + index(row.len()));
-        }
-        (offsets, rows.concat())
+        edges.sort_unstable();
+        let (offsets, indices) = rows(name.len(), edges.into_iter());
+        (offsets.into_iter().map(index).collect(), indices)
     }
 
     /// Numbers in no order.

@@ -4,10 +4,8 @@ use std::collections::BTreeSet;
 
 use glam::DVec3;
 
-use crate::mesh::index;
-use crate::mesh::sums::boundary_triangles;
-use crate::sampling::quality::faces;
-use crate::sampling::stuffing::Stuffed;
+use crate::mesh::{boundary_triangles, index};
+use crate::sampling::{Stuffed, faces};
 
 /// `sqrt(V_i / K_i)` over the cell, `K_i = sum_T V_T / h_T^2` with the heights of the node, above
 /// which a node is good enough. A node of the lattice has 0.36; the explicit step is about three
@@ -68,6 +66,17 @@ pub(crate) struct Patch {
     round: u32,
 }
 
+/// Per node: the elements that it is a corner of.
+fn at_nodes<const N: usize>(nodes: usize, elements: &[[u32; N]]) -> Vec<Vec<u32>> {
+    let mut at = vec![Vec::new(); nodes];
+    for (element, corners) in elements.iter().enumerate() {
+        for &v in corners {
+            at[v as usize].push(index(element));
+        }
+    }
+    at
+}
+
 impl Patch {
     pub(crate) fn new(stuffed: Stuffed) -> Self {
         let Stuffed {
@@ -91,7 +100,6 @@ impl Patch {
         let may_move = spread(&on_surface);
         let listed = spread(&may_move);
         let (mut volume, mut stiffness) = (vec![0.0; n], vec![0.0; n]);
-        let mut tetrahedra_at = vec![Vec::new(); n];
         let (near, rest): (Vec<_>, Vec<_>) = tetrahedra
             .into_iter()
             .partition(|t| t.iter().any(|v| listed[*v as usize]));
@@ -99,29 +107,22 @@ impl Patch {
             .iter()
             .map(|t| measure(t.map(|v| positions[v as usize])).unwrap_or(Measure::FLAT))
             .collect();
-        for (t, (corners, m)) in near.iter().zip(&measures).enumerate() {
+        for (corners, m) in near.iter().zip(&measures) {
             for (k, &v) in corners.iter().enumerate() {
-                tetrahedra_at[v as usize].push(index(t));
                 volume[v as usize] += 0.25 * m.volume;
                 stiffness[v as usize] += m.stiffness[k];
-            }
-        }
-        let mut faces_at = vec![Vec::new(); n];
-        for (f, corners) in faces.iter().enumerate() {
-            for &v in corners {
-                faces_at[v as usize].push(index(f));
             }
         }
         Self {
             positions,
             on_surface,
             size,
+            tetrahedra_at: at_nodes(n, &near),
             tetrahedra: near,
             measures,
             rest,
+            faces_at: at_nodes(n, &faces),
             faces,
-            tetrahedra_at,
-            faces_at,
             may_move,
             volume,
             stiffness,

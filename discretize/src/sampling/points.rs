@@ -5,21 +5,11 @@ use std::fmt;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::mesh::write::{Field, vtk_points};
-use crate::mesh::{Mesh, index};
-use crate::sampling::error::SampleError;
-use crate::sampling::fill::last_jumps;
-use crate::sampling::frame::Frame;
-use crate::sampling::measures::Measures;
-use crate::sampling::near::Near;
-use crate::sampling::octree::Octree;
-use crate::sampling::order::space_filling_order;
-use crate::sampling::settings::{SampleSettings, SampleTarget};
-use crate::sampling::slimness::Slimness;
-use crate::sampling::solid::Solid;
-use crate::sampling::spread::boundary_vectors;
-use crate::sampling::surfels::sample_surfels;
-use crate::sampling::tetrahedra::surface_triangles;
+use crate::mesh::{Field, Mesh, index, vtk_points};
+use crate::sampling::{
+    Frame, Measures, Near, Octree, SampleError, SampleSettings, SampleTarget, Slimness, Solid,
+    boundary_vectors, last_jumps, sample_surfels, space_filling_order, surface_triangles,
+};
 
 /// Cell centres nearer to the surface than this fraction of their cell give way to surface nodes.
 const LEAST_DEPTH: f64 = 0.45;
@@ -143,7 +133,7 @@ pub fn sample_points(
     };
     let placed = place(&inside, &frame.settings(settings), on_surface);
     let mut found = placed.map_err(|error| frame.error(error))?;
-    let length = frame.length();
+    let length = frame.length;
     let (volume, area) = solid.mesh().map_or((0.0, 0.0), |m| (m.volume(), m.area()));
     // Rounding to the frame's grain changed the volume a little.
     let scale = volume / found.report.volume;
@@ -194,7 +184,7 @@ impl Places {
             return Err(SampleError::Spacing { spacing: cell });
         }
         let bounds = solid.bounds();
-        let (cells, start) = if solid.is_box() && shift == DVec3::ZERO {
+        let (cells, start) = if solid.is_box && shift == DVec3::ZERO {
             let count = (bounds.size() / cell).round().max(DVec3::ONE);
             (bounds.size() / count, bounds.min)
         } else {

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use crate::mesh::sums::{tetrahedra_edges, tetrahedron_volume};
+use crate::mesh::{tetrahedra_edges, tetrahedron_volume};
 
 /// Shape and size of a set of tetrahedra.
 #[derive(Debug, Clone, Copy, PartialEq)]

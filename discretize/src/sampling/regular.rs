@@ -2,13 +2,8 @@
 
 use glam::UVec3;
 
-use crate::mesh::Bounds;
-use crate::mesh::sums::tetrahedron_volume;
-use crate::sampling::error::SampleError;
-use crate::sampling::oracle::Oracle;
-use crate::sampling::solid::Solid;
-use crate::sampling::stuffing::Stuffed;
-use crate::sampling::tetrahedra::{SampledNodes, finish};
+use crate::mesh::{Bounds, tetrahedron_volume};
+use crate::sampling::{SampleError, SampledNodes, Solid, Stuffed, finish};
 
 /// Most nodes of a lattice: its tetrahedra take 100 bytes for each.
 const MOST_NODES: f64 = 1e7;
@@ -102,7 +97,7 @@ pub fn sample_lattice(bounds: Bounds, counts: [u32; 3]) -> Result<SampledNodes, 
         tetrahedra: lattice_tetrahedra(counts),
         parts_hit: Vec::new(),
     };
-    finish(&Oracle::new(&solid), stuffed, cell.max_element())
+    finish(&solid, stuffed, cell.max_element())
 }
 
 #[cfg(test)]

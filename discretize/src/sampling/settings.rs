@@ -1,6 +1,6 @@
 //! What is asked of a sampling.
 
-use crate::sampling::grading::Grading;
+use crate::sampling::Grading;
 
 /// How fine to sample.
 #[derive(Debug, Clone, Copy, PartialEq)]

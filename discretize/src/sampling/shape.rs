@@ -4,11 +4,8 @@ use std::path::{Path, PathBuf};
 
 use glam::{DMat3, DVec3};
 
-use crate::mesh::Bounds;
-use crate::mesh::error::RepairError;
-use crate::mesh::read::{ReadError, read_mesh};
-use crate::mesh::repair::{MeshReport, RepairSettings, repair};
-use crate::sampling::solid::{Primitive, Solid};
+use crate::mesh::{Bounds, MeshReport, ReadError, RepairError, RepairSettings, read_mesh, repair};
+use crate::sampling::{Primitive, Solid};
 
 /// What a body occupies at rest, before `scale`, `rotation` and `position` place it.
 #[derive(Debug, Clone, PartialEq)]

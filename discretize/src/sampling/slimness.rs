@@ -2,12 +2,10 @@
 
 use glam::DVec3;
 
-use crate::mesh::sums::tetrahedron_volume;
-use crate::sampling::counts::{MEAN_EDGE, nodes_at, solve_cell, too_fine};
-use crate::sampling::error::SampleError;
-use crate::sampling::measures::Measures;
-use crate::sampling::solid::Solid;
-use crate::sampling::stuffing::Stuffed;
+use crate::mesh::tetrahedron_volume;
+use crate::sampling::{
+    MEAN_EDGE, Measures, SampleError, Solid, Stuffed, nodes_at, solve_cell, too_fine,
+};
 
 /// Fewest nodes that can be asked for.
 const LEAST_NODES: usize = 30;

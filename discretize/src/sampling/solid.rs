@@ -5,10 +5,8 @@ use std::sync::{Arc, OnceLock};
 
 use glam::{DMat3, DVec3};
 
-use crate::mesh::hierarchy::Hierarchy;
-use crate::mesh::{Bounds, Mesh};
-use crate::sampling::liver::liver;
-use crate::sampling::measures::{Measures, measures_by_grid};
+use crate::mesh::{Bounds, Hierarchy, Mesh};
+use crate::sampling::{Measures, liver, measures_by_grid};
 
 /// Shapes without a file, centred at the origin unless said otherwise (m).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -145,13 +143,15 @@ pub struct Solid {
     kind: Kind,
     bounds: Bounds,
     /// The surface is the box itself: a lattice that fits it exactly is worth having.
-    is_box: bool,
+    pub(crate) is_box: bool,
     /// Volume (m³) of a shape that has one in closed form.
     shape_volume: Option<f64>,
     /// Volume and area of an implicit body, once someone asks.
     grid_measures: OnceLock<Measures>,
+    /// See [`Solid::parts`].
+    pub(super) parts: OnceLock<(Vec<u32>, usize)>,
     /// The body before it was turned.
-    upright: Option<Arc<Upright>>,
+    pub(crate) upright: Option<Arc<Upright>>,
 }
 
 /// A body in the frame that its nodes are made in: a turned one is `rotation X + translation` of its points X.
@@ -278,10 +278,6 @@ impl Solid {
         }
     }
 
-    pub(crate) fn upright(&self) -> Option<&Upright> {
-        self.upright.as_deref()
-    }
-
     /// Volume (m³): of the surface, or of a [`Primitive`]; `None` where a function alone gives the body.
     #[must_use]
     pub fn volume(&self) -> Option<f64> {
@@ -318,6 +314,7 @@ impl Solid {
             is_box: false,
             shape_volume: None,
             grid_measures: OnceLock::new(),
+            parts: OnceLock::new(),
             upright: None,
         }
     }
@@ -327,10 +324,6 @@ impl Solid {
             Kind::Implicit(_) => None,
             Kind::Mesh(body) => Some(body),
         }
-    }
-
-    pub(crate) fn is_box(&self) -> bool {
-        self.is_box
     }
 
     /// Box around the body.

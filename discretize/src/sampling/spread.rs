@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 use crate::mesh::{Mesh, area_vector};
-use crate::sampling::near::Near;
+use crate::sampling::Near;
 
 /// Support radius tried first and its growth, over the cell at the nearest node.
 const FIRST_SUPPORT: f64 = 2.0;

@@ -24,20 +24,9 @@ pub(crate) struct Stencil<'a, C, P> {
 impl<C: Fn(u32, u32) -> u32, P: Fn(u32) -> DVec3> Stencil<'_, C, P> {
     /// Emits the tetrahedra that fill the inside part, each with positive volume.
     pub(crate) fn emit(&self, out: &mut Vec<[u32; 4]>) {
-        let pick = |wanted: i8| -> ([usize; 4], usize) {
-            let mut found = [0; 4];
-            let mut count = 0;
-            for (corner, sign) in self.sign.iter().enumerate() {
-                if *sign == wanted {
-                    found[count] = corner;
-                    count += 1;
-                }
-            }
-            (found, count)
-        };
-        let (plus, plus_count) = pick(1);
-        let (zero, _) = pick(0);
-        let (minus, minus_count) = pick(-1);
+        let (plus, plus_count) = self.corners_of(1);
+        let (zero, _) = self.corners_of(0);
+        let (minus, minus_count) = self.corners_of(-1);
         let id = |corner: usize| self.corners[corner];
         let cut = |a: usize, b: usize| (self.cut)(self.corners[a], self.corners[b]);
         match (plus_count, minus_count) {
@@ -88,6 +77,17 @@ impl<C: Fn(u32, u32) -> u32, P: Fn(u32) -> DVec3> Stencil<'_, C, P> {
                 self.prism(x, y, diagonals, out);
             }
         }
+    }
+
+    /// The corners of one sign, and how many they are.
+    fn corners_of(&self, sign: i8) -> ([usize; 4], usize) {
+        let mut found = [0; 4];
+        let mut count = 0;
+        for corner in (0..4).filter(|corner| self.sign[*corner] == sign) {
+            found[count] = corner;
+            count += 1;
+        }
+        (found, count)
     }
 
     /// Splits the prism with triangles x and y; `diagonals` for the column pairs (0,1), (1,2),

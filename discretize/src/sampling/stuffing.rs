@@ -3,12 +3,8 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::mesh::sums::boundary_triangles;
-use crate::mesh::{Mesh, index};
-use crate::sampling::background::{Background, Edge};
-use crate::sampling::error::SampleError;
-use crate::sampling::oracle::Oracle;
-use crate::sampling::stencil::Stencil;
+use crate::mesh::{Mesh, boundary_triangles, index};
+use crate::sampling::{Background, Edge, SampleError, Solid, Stencil};
 
 /// Tetrahedra before renumbering: every node is used.
 #[derive(Debug, Default, Clone)]
@@ -19,7 +15,7 @@ pub(crate) struct Stuffed {
     /// Edge of the background cell that the node comes from.
     pub size: Vec<f64>,
     pub tetrahedra: Vec<[u32; 4]>,
-    /// Part of the input surface for each crossing found (see [`Oracle::crossing`]), as a set.
+    /// Part of the input surface for each crossing found (see [`Solid::crossing`]), as a set.
     pub parts_hit: Vec<bool>,
 }
 
@@ -42,17 +38,14 @@ struct Cut {
 }
 
 /// Fills the body with tetrahedra of the background, cut along the surface.
-pub(crate) fn stuff(
-    background: &dyn Background,
-    oracle: &Oracle<'_>,
-) -> Result<Stuffed, SampleError> {
-    let mut sign = background.signs(oracle)?;
-    check_bounds(background, oracle, &sign)?;
+pub(crate) fn stuff(background: &dyn Background, solid: &Solid) -> Result<Stuffed, SampleError> {
+    let mut sign = background.signs(solid)?;
+    check_bounds(background, solid, &sign)?;
     let mut stuffed = Stuffed {
-        parts_hit: vec![false; oracle.part_count()],
+        parts_hit: vec![false; solid.parts().1],
         ..Stuffed::default()
     };
-    let mut cuts = find_cuts(background, oracle, &sign, &mut stuffed.parts_hit);
+    let mut cuts = find_cuts(background, solid, &sign, &mut stuffed.parts_hit);
     let moved = warp(background, &mut cuts, &mut sign);
 
     let points = background.point_count();
@@ -117,13 +110,13 @@ pub(crate) fn stuff(
 /// Refuses an implicit body that reaches beyond its bounds.
 fn check_bounds(
     background: &dyn Background,
-    oracle: &Oracle<'_>,
+    solid: &Solid,
     sign: &[i8],
 ) -> Result<(), SampleError> {
-    if oracle.solid.mesh().is_some() {
+    if solid.mesh().is_some() {
         return Ok(());
     }
-    let bounds = oracle.solid.bounds();
+    let bounds = solid.bounds();
     let slack = 1e-9 * bounds.diagonal();
     let beyond = (0..sign.len())
         .into_par_iter()
@@ -144,7 +137,7 @@ fn place_of(background: &dyn Background, moved: &[(u32, DVec3)], id: u32) -> DVe
 /// One cut for every edge with ends inside and outside, sorted by the ends' ids.
 fn find_cuts(
     background: &dyn Background,
-    oracle: &Oracle<'_>,
+    solid: &Solid,
     sign: &[i8],
     parts_hit: &mut [bool],
 ) -> Vec<Cut> {
@@ -155,7 +148,7 @@ fn find_cuts(
         .map_init(Vec::new, |scratch, edge| {
             let [a, b] = edge.ends;
             let (inside, outside) = if sign[a as usize] > 0 { (a, b) } else { (b, a) };
-            let (at, part) = oracle.crossing(
+            let (at, part) = solid.crossing(
                 background.position(inside),
                 background.position(outside),
                 scratch,

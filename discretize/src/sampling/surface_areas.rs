@@ -3,11 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::sampling::error::SampleError;
-use crate::sampling::near::Near;
-use crate::sampling::solid::Solid;
-use crate::sampling::surfels::sample_surfels;
-use crate::sampling::tetrahedra::surface_mesh;
+use crate::sampling::{Near, SampleError, Solid, sample_surfels, surface_mesh};
 
 /// Samples of the surface for each node on it; nodes that are looked at for each; cosine below which a node's
 /// normal is that of another face.

@@ -3,10 +3,8 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::mesh::creases::Creased;
-use crate::mesh::{Mesh, SurfaceSamples, index};
-use crate::sampling::near::Near;
-use crate::sampling::solid::Solid;
+use crate::mesh::{Creased, Mesh, SurfaceSamples, index};
+use crate::sampling::{Near, Solid};
 
 /// Candidates drawn per surfel kept.
 const CANDIDATES: usize = 6;

@@ -56,16 +56,15 @@ pub(super) fn conjugate_gradients(
     limit: usize,
 ) -> (Vec<DVec3>, usize) {
     let count = residual.len();
-    let mut solution = vec![DVec3::ZERO; count];
-    let mut conditioned = vec![DVec3::ZERO; count];
+    let [mut solution, mut conditioned, mut product] = [(); 3].map(|()| vec![DVec3::ZERO; count]);
     preconditioner.apply(&residual, &mut conditioned);
     let mut direction = conditioned.clone();
-    let mut product = vec![DVec3::ZERO; count];
     let mut work = operator.workspace();
     let mut energy = ordered_sum(count, |i| residual[i] * conditioned[i]);
+    let (size, at) = (largest(&residual), 0);
     let mut best = Best {
-        size: largest(&residual),
-        at: 0,
+        size,
+        at,
         solution: solution.clone(),
     };
     for iteration in 0..limit {
@@ -100,10 +99,8 @@ pub(super) fn conjugate_gradients(
         let next = ordered_sum(count, |i| residual[i] * conditioned[i]);
         let beta = ratio(next, energy);
         energy = next;
-        let parts = direction
-            .chunks_mut(SUM_CHUNK)
-            .zip(conditioned.chunks(SUM_CHUNK));
-        share_out(parts, |_, (p, z)| {
+        let steps = direction.chunks_mut(SUM_CHUNK);
+        share_out(steps.zip(conditioned.chunks(SUM_CHUNK)), |_, (p, z)| {
             for (p, z) in p.iter_mut().zip(z) {
                 *p = *z + beta * *p;
             }

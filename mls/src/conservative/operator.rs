@@ -11,7 +11,7 @@ use glam::{DMat3, DVec3};
 use pulp::{Arch, Simd, WithSimd};
 
 use super::Setup;
-use crate::neighborhoods::Neighborhoods;
+use crate::Neighborhoods;
 use crate::parallel::{ROWS_PER_TASK, SUM_CHUNK, map, share_out};
 
 /// The operator `Eᵀ D E` on one cloud.

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::neighborhoods::Neighborhoods;
+use crate::Neighborhoods;
 use crate::parallel::to_u32;
 use crate::symmetric::{SymmetricEigen, outer};
 

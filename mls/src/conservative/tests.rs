@@ -1,7 +1,6 @@
 use super::*;
-use crate::search::within_radius;
 use crate::symmetric::outer;
-use crate::weights::{inverse_square_weights, kernel_weights};
+use crate::{inverse_square_weights, kernel_weights, within_radius};
 use glam::DQuat;
 use testkit::assert_matches;
 use testkit::kuhn::{Block, graded, kuhn_block as block, organ};
@@ -186,34 +185,18 @@ fn bad_input_is_named() {
     let position = try_with(&|b, _| b.positions[3].x = nan);
     assert_eq!(position, StencilError::Position { node: 3 });
     let volume = try_with(&|b, _| b.volumes[2] = 0.0);
-    assert_matches!(
-        volume,
-        StencilError::Volume {
-            node: 2,
-            value: 0.0
-        }
-    );
+    let (node, value) = (2, 0.0);
+    assert_eq!(volume, StencilError::Volume { node, value });
     let boundary = try_with(&|b, _| b.boundary_vectors[1].z = f64::INFINITY);
     assert_eq!(boundary, StencilError::BoundaryVector { node: 1 });
     let weight = try_with(&|_, w| w[7] = -1.0);
-    assert_matches!(
-        weight,
-        StencilError::Weight {
-            pair: 7,
-            value: -1.0
-        }
-    );
+    let (pair, value) = (7, -1.0);
+    assert_eq!(weight, StencilError::Weight { pair, value });
     let short = try_with(&|b, _| b.volumes.truncate(4));
     assert_matches!(short, StencilError::Graph(_));
     let lopsided = Neighborhoods::from_graph(vec![0, 1, 1], vec![1]).unwrap();
-    let made = GradientStencils::conservative(
-        &[DVec3::ZERO, DVec3::X],
-        &[1.0; 2],
-        &[DVec3::ZERO; 2],
-        &lopsided,
-        vec![1.0],
-        &settings,
-    );
+    let (x, b, weights) = ([DVec3::ZERO, DVec3::X], [DVec3::ZERO; 2], vec![1.0]);
+    let made = GradientStencils::conservative(&x, &[1.0; 2], &b, &lopsided, weights, &settings);
     assert_matches!(made, Err(StencilError::Graph(_)));
     let (_, mut s) = build(&block);
     let factor = |pair| if pair == 0 { nan } else { 1.0 };
@@ -227,12 +210,12 @@ fn touched_rows_equal_a_full_rebuild_with_the_old_multipliers() {
     let (graph, before) = build(&block);
     let (factors, touched) = planar_cut(&block, &graph, 4.4, 5.1);
     let all: Vec<u32> = (0..).take(block.positions.len()).collect();
-    let [mut s, mut full] = [before.clone(), before.clone()];
-    for (stencils, nodes) in [(&mut s, &touched), (&mut full, &all)] {
-        stencils
-            .update_rows(&block.positions, &graph, |pair| factors[pair], nodes)
+    let [mut s, full] = [&touched, &all].map(|nodes| {
+        let mut s = before.clone();
+        s.update_rows(&block.positions, &graph, |pair| factors[pair], nodes)
             .unwrap();
-    }
+        s
+    });
     assert_eq!(s, full);
     assert_eq!(s.multipliers, before.multipliers);
     // Rows that the cut does not reach stay bitwise; severed pairs are gone.

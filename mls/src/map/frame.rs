@@ -3,11 +3,10 @@
 use glam::{DMat3, DVec3};
 
 use super::{ENLARGED, MaterialMap};
-use crate::error::MapError;
-use crate::kernel::{kernel, kernel_slope};
 use crate::parallel::to_u32;
 use crate::search::PointRuns;
 use crate::symmetric::outer;
+use crate::{MapError, kernel, kernel_slope};
 
 /// Newton's method stops when a step is below this fraction of the support radius of the start node.
 const TOLERANCE: f64 = 1e-12;

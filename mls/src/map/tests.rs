@@ -1,7 +1,5 @@
 use super::*;
-use crate::kernel::kernel;
-use crate::search::{NearestSettings, k_nearest};
-use crate::weights::mean_neighbor_distance;
+use crate::{NearestSettings, k_nearest, kernel, mean_neighbor_distance};
 use glam::DMat3;
 use testkit::assert_matches;
 use testkit::cloud;

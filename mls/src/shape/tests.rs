@@ -1,5 +1,5 @@
 use super::*;
-use crate::basis::{Dimension, Order};
+use crate::{Dimension, Order};
 use testkit::cloud::Random;
 use testkit::cloud::lattice;
 use testkit::derivative::directional_error;
@@ -8,22 +8,38 @@ use testkit::tol::assert_below;
 const DIMENSIONS: [Dimension; 3] = [Dimension::One, Dimension::Two, Dimension::Three];
 const ORDERS: [Order; 3] = [Order::Constant, Order::Linear, Order::Quadratic];
 
-/// A jittered lattice around the origin, about unit spacing, in the dimension given; and all its numbers.
-fn cloud(dimension: Dimension, jitter: f64, seed: u64) -> (Vec<DVec3>, Vec<u32>) {
+/// A jittered lattice around the origin, about unit spacing, in the dimension given.
+fn cloud(dimension: Dimension, jitter: f64, seed: u64) -> Vec<DVec3> {
     let sides = [0, 1, 2].map(|axis| if axis < dimension.count() { 7 } else { 1 });
-    let around = |x: DVec3| dimension.flatten(x - 3.0);
-    let nodes: Vec<DVec3> = lattice(sides, 1.0, jitter, seed)
-        .into_iter()
-        .map(around)
-        .collect();
-    let all = (0..).take(nodes.len()).collect();
-    (nodes, all)
+    let nodes = lattice(sides, 1.0, jitter, seed).into_iter();
+    nodes.map(|x| dimension.flatten(x - 3.0)).collect()
+}
+
+fn numbers(of: &Approximation<'_>) -> Vec<u32> {
+    (0..).take(of.nodes.len()).collect()
+}
+
+/// Shape functions of all nodes at a point, and their gradients.
+fn functions(of: &Approximation<'_>, x: DVec3) -> (Vec<f64>, Vec<DVec3>) {
+    let (mut phi, mut gradient) = (vec![0.0; of.nodes.len()], vec![DVec3::ZERO; of.nodes.len()]);
+    let scratch = &mut ShapeScratch::default();
+    of.shape_functions_into(x, &numbers(of), scratch, &mut phi, &mut gradient)
+        .unwrap();
+    (phi, gradient)
+}
+
+/// The values alone, and the condition.
+fn values(of: &Approximation<'_>, x: DVec3) -> (Vec<f64>, f64) {
+    let mut phi = vec![0.0; of.nodes.len()];
+    let scratch = &mut ShapeScratch::default();
+    let condition = of.shape_values_into(x, &numbers(of), scratch, &mut phi);
+    (phi, condition.unwrap())
 }
 
 #[test]
 fn gradient_is_the_derivative_of_the_values() {
     for dimension in DIMENSIONS {
-        let (nodes, neighbors) = cloud(dimension, 0.3, 17);
+        let nodes = cloud(dimension, 0.3, 17);
         let radii: Vec<f64> = (0..nodes.len())
             .map(|i| 2.4 + 0.01 * (i % 40) as f64)
             .collect();
@@ -42,26 +58,10 @@ fn gradient_is_the_derivative_of_the_values() {
                 support_radii: &radii,
                 basis,
             };
-            let mut scratch = ShapeScratch::default();
-            let mut phi = vec![0.0; nodes.len()];
-            let mut gradient = vec![DVec3::ZERO; nodes.len()];
-            approximation
-                .shape_functions_into(x, &neighbors, &mut scratch, &mut phi, &mut gradient)
-                .unwrap();
-            let mut values_alone = vec![0.0; nodes.len()];
-            approximation
-                .shape_values_into(x, &neighbors, &mut scratch, &mut values_alone)
-                .unwrap();
-            assert_eq!(phi, values_alone);
+            let (phi, gradient) = functions(&approximation, x);
+            assert_eq!(phi, values(&approximation, x).0);
             for j in (0..nodes.len()).filter(|&j| phi[j] != 0.0).take(12) {
-                let mut out = vec![0.0; nodes.len()];
-                let along = |t: f64| {
-                    let x = x + direction * t;
-                    let made =
-                        approximation.shape_values_into(x, &neighbors, &mut scratch, &mut out);
-                    made.unwrap();
-                    out[j]
-                };
+                let along = |t: f64| values(&approximation, x + direction * t).0[j];
                 let slope = gradient[j].dot(direction);
                 let error = directional_error(along, slope, 1e-3, 1e-2);
                 assert_below(&format!("{basis:?} node {j}"), error, 2e-7);
@@ -72,7 +72,7 @@ fn gradient_is_the_derivative_of_the_values() {
 
 #[test]
 fn crack_tip_basis_reproduces_the_opening_of_a_crack() {
-    let (nodes, neighbors) = cloud(Dimension::Two, 0.2, 3);
+    let nodes = cloud(Dimension::Two, 0.2, 3);
     let radii = vec![3.2; nodes.len()];
     let tip = DVec3::new(0.1, 0.07, 0.0);
     let approximation = Approximation {
@@ -85,13 +85,9 @@ fn crack_tip_basis_reproduces_the_opening_of_a_crack() {
         let theta = dy.atan2(dx);
         dx.hypot(dy).sqrt() * (0.5 * theta).sin() * (1.0 + 2.0 * theta.sin()) + 0.5 * x.x - 1.0
     };
-    let mut scratch = ShapeScratch::default();
-    let mut phi = vec![0.0; nodes.len()];
     for (x, y) in [(-0.5, 0.3), (0.6, -0.4), (-0.8, -0.2)] {
         let x = DVec3::new(x, y, 0.0);
-        let condition = approximation
-            .shape_values_into(x, &neighbors, &mut scratch, &mut phi)
-            .unwrap();
+        let (phi, condition) = values(&approximation, x);
         let parts = phi.iter().zip(&nodes).map(|(p, &node)| p * field(node));
         let error = (parts.sum::<f64>() - field(x)).abs();
         let allowed = 64.0 * f64::EPSILON * condition;
@@ -112,7 +108,7 @@ fn observed_orders_of_convergence() {
         )
     };
     let errors = |order: Order, h: f64| {
-        let (mut nodes, neighbors) = cloud(Dimension::Three, 0.2, 23);
+        let mut nodes = cloud(Dimension::Three, 0.2, 23);
         nodes.iter_mut().for_each(|x| *x *= h);
         let radii = vec![2.3 * h; nodes.len()];
         let centre = DVec3::new(0.4, 0.3, -0.2);
@@ -121,16 +117,11 @@ fn observed_orders_of_convergence() {
             support_radii: &radii,
             basis: Basis::polynomial(order, Dimension::Three),
         };
-        let mut scratch = ShapeScratch::default();
-        let mut phi = vec![0.0; nodes.len()];
-        let mut gradient = vec![DVec3::ZERO; nodes.len()];
         let mut random = Random::new(77);
         let (mut value_error, mut slope_error) = (0.0, 0.0);
         for _ in 0..60 {
             let x = random.vector(0.5 * h);
-            approximation
-                .shape_functions_into(x, &neighbors, &mut scratch, &mut phi, &mut gradient)
-                .unwrap();
+            let (phi, gradient) = functions(&approximation, x);
             let mut value = 0.0;
             let mut along = DVec3::ZERO;
             for (j, &node) in nodes.iter().enumerate() {

@@ -1,6 +1,5 @@
 use super::*;
-use crate::search::{NearestSettings, k_nearest};
-use crate::weights::kernel_weights;
+use crate::{NearestSettings, k_nearest, kernel_weights};
 use glam::DQuat;
 use proptest::prelude::*;
 use testkit::assert_matches;

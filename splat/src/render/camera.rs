@@ -17,6 +17,16 @@ pub enum Lens {
     },
 }
 
+impl Lens {
+    /// Pixels (px) per metre at a depth (m), of an image so many pixels high.
+    pub(crate) fn scale(self, image_height: f64, depth: f64) -> f64 {
+        match self {
+            Self::Perspective { focal } => focal * image_height / depth,
+            Self::Orthographic { height } => image_height / height,
+        }
+    }
+}
+
 /// A camera: right-handed, x to the right of the image, y up, looking along `forward`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Camera {
@@ -169,10 +179,7 @@ impl Camera {
     pub fn project(&self, p: DVec3, width: u32, height: u32) -> (f64, f64, f64) {
         let c = self.axes() * (p - self.eye);
         let (w, h) = (f64::from(width), f64::from(height));
-        let scale = match self.lens {
-            Lens::Perspective { focal } => focal * h / c.z,
-            Lens::Orthographic { height } => h / height,
-        };
+        let scale = self.lens.scale(h, c.z);
         (0.5 * w + scale * c.x, 0.5 * h + scale * c.y, c.z)
     }
 }

@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 /// What bounds a disk, in its tangent plane (m, measured from the centre along the tangents of
-/// `Surfels::tangents`).
+/// `Surfel::tangents`).
 ///
 /// A point of the disk is drawn if it lies beyond none of `edges` and the segment from `anchor` to
 /// it crosses none of `walls`: the same visibility that separates nodes across a cut. A wall that

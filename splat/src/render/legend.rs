@@ -1,8 +1,7 @@
 //! Colour by a scalar, and the bar that explains it.
 
 use crate::cast::{byte, single, whole};
-use crate::render::frame::Frame;
-use crate::render::image::linear;
+use crate::render::{Frame, linear};
 use glam::Vec3;
 
 /// Dark blue over green to yellow, even in lightness: readable in grey and by colour-blind eyes.

@@ -1,9 +1,7 @@
 //! Splats on the screen: the map from pixels to disk coordinates, and which tiles a splat meets.
 
 use crate::cast::{count, index, pixel, single};
-use crate::render::camera::{Camera, Lens};
-use crate::render::clip::Clip;
-use crate::render::scene::{DrawMode, SplatView};
+use crate::render::{Camera, Clip, DrawMode, Lens, RenderSettings, Splat, SplatView};
 use glam::{DMat3, DVec3, Vec4};
 use rayon::prelude::*;
 
@@ -109,6 +107,39 @@ pub(crate) struct Raster {
     pub(crate) tolerance: f64,
 }
 
+impl Raster {
+    pub(crate) fn new(settings: &RenderSettings) -> Self {
+        let per_pixel = index(settings.samples);
+        let [width, height] = [settings.width, settings.height].map(|n| index(n) * per_pixel);
+        Self {
+            width,
+            height,
+            tiles: [width.div_ceil(TILE), height.div_ceil(TILE)],
+            mode: settings.mode,
+            tolerance: settings.tolerance,
+        }
+    }
+
+    /// The samples of the image in a box between two corners, half-open; `None` where there are none.
+    pub(crate) fn bounds(&self, [low, high]: [[f64; 2]; 2]) -> Option<[i32; 4]> {
+        let clamp =
+            |value: f64, end: usize| pixel(value).clamp(0, i32::try_from(end).unwrap_or(i32::MAX));
+        let corner = |[x, y]: [f64; 2]| [clamp(x, self.width), clamp(y, self.height)];
+        let ([x0, y0], [x1, y1]) = (corner(low), corner(high));
+        (x0 < x1 && y0 < y1).then_some([x0, y0, x1, y1])
+    }
+
+    /// Calls `f` for the tiles that samples meet.
+    pub(crate) fn for_tiles(&self, bounds: [i32; 4], mut f: impl FnMut(usize)) {
+        let [x0, y0, x1, y1] = bounds.map(|b| usize::try_from(b).unwrap_or(0));
+        for ty in y0 / TILE..y1.div_ceil(TILE) {
+            for tx in x0 / TILE..x1.div_ceil(TILE) {
+                f(ty * self.tiles[0] + tx);
+            }
+        }
+    }
+}
+
 /// Whether a splat is projected whose normal is at this cosine to the line of sight; false for NaN.
 pub(crate) type Facing = fn(f64) -> bool;
 
@@ -122,108 +153,108 @@ pub(crate) fn project(
     contribution: &(impl Fn(usize) -> Contribution + Sync),
     chunks: &mut Vec<Chunk>,
 ) {
-    let n = view.splats.positions.len();
-    let axes = camera.axes();
+    let n = view.splats.len();
     let size = n.div_ceil(CHUNKS).max(CHUNK);
+    let projection = Projection {
+        camera,
+        axes: camera.axes(),
+        raster,
+        aligned: matches!(raster.mode, DrawMode::Squares | DrawMode::Disks),
+    };
     chunks.resize_with(n.div_ceil(size), Chunk::default);
     chunks.par_iter_mut().enumerate().for_each(|(c, chunk)| {
         chunk.splats.clear();
         chunk.appearances.clear();
         chunk.walls.clear();
         for i in c * size..((c + 1) * size).min(n) {
-            project_one(view, camera, &axes, raster, facing, i, contribution, chunk);
+            let splat = &view.splats[i];
+            let Some((mut out, scale)) = projection.splat(splat, facing) else {
+                continue;
+            };
+            let first = count(chunk.walls.len());
+            if let Some(Some(clip)) = view.clips.get(i)
+                && !projection.aligned
+            {
+                add_walls(clip, view.surfels[i].radius, scale, &mut chunk.walls);
+            }
+            out.walls = [first, count(chunk.walls.len())];
+            out.splat = count(i);
+            chunk.splats.push(out);
+            let appearance = projection.appearance(splat, contribution(i));
+            chunk.appearances.push(appearance);
         }
-        bin(chunk, raster.tiles);
+        bin(chunk, raster);
     });
 }
 
-fn project_one(
-    view: &SplatView<'_>,
-    camera: &Camera,
-    axes: &DMat3,
-    raster: &Raster,
-    facing: Facing,
-    i: usize,
-    contribution: &impl Fn(usize) -> Contribution,
-    chunk: &mut Chunk,
-) {
-    let splats = view.splats;
-    let (arm, normal) = (splats.positions[i] - camera.eye, splats.normals[i]);
-    let cosine = match camera.lens {
-        Lens::Perspective { .. } => normal.dot(arm) / arm.length(),
-        Lens::Orthographic { .. } => normal.dot(camera.forward),
-    };
-    if !facing(cosine) {
-        return;
+/// How splats come onto the screen.
+struct Projection<'a> {
+    camera: &'a Camera,
+    /// World to camera axes.
+    axes: DMat3,
+    raster: &'a Raster,
+    /// Whether all splats face the viewer.
+    aligned: bool,
+}
+
+impl Projection<'_> {
+    /// A splat on the screen, without its number and walls, and the samples per metre at its centre; `None` where it is not
+    /// seen.
+    fn splat(&self, splat: &Splat, facing: Facing) -> Option<(Projected, f64)> {
+        let (camera, raster) = (self.camera, self.raster);
+        let (arm, normal) = (splat.position - camera.eye, splat.normal);
+        let cosine = match camera.lens {
+            Lens::Perspective { .. } => normal.dot(arm) / arm.length(),
+            Lens::Orthographic { .. } => normal.dot(camera.forward),
+        };
+        let c = self.axes * arm;
+        if !facing(cosine) || c.z <= 0.0 {
+            return None;
+        }
+        let [mut u, mut v] = splat.axes.map(|axis| self.axes * axis);
+        let size = u.length().max(v.length());
+        if self.aligned {
+            (u, v) = (DVec3::X * size, DVec3::Y * size);
+        }
+        let height = raster.height as f64;
+        let scale = camera.lens.scale(height, c.z);
+        let mut out = map(camera, c, u, v, height)?;
+        let (x, y) = (
+            0.5 * raster.width as f64 + scale * c.x,
+            0.5 * height + scale * c.y,
+        );
+        let (low, high) = extent(camera, c, u, v, scale)?;
+        // Samples whose centres lie in low..high.
+        out.bounds = raster.bounds([low, high].map(|end| [x + end[0] + 0.5, y + end[1] + 0.5]))?;
+        (out.x, out.y) = (single(x), single(y));
+        // Of splats that face the viewer nothing is blended: the nearest wins.
+        out.square = raster.mode == DrawMode::Squares;
+        if !self.aligned {
+            out.tolerance = single(match camera.lens {
+                Lens::Perspective { .. } => raster.tolerance * size / (c.z * c.z),
+                Lens::Orthographic { .. } => raster.tolerance * size,
+            });
+        }
+        Some((out, scale))
     }
-    let axes = *axes;
-    let c = axes * arm;
-    if c.z <= 0.0 {
-        return;
+
+    /// What a splat looks like.
+    fn appearance(&self, splat: &Splat, contribution: Contribution) -> Appearance {
+        let lit = |n: DVec3, w: f32| {
+            let n = self.axes * n;
+            Vec4::new(single(n.x), single(-n.y), single(-n.z), w)
+        };
+        let bend = if self.aligned {
+            [Vec4::ZERO; 2]
+        } else {
+            splat.normal_derivatives.map(|change| lit(change, 0.0))
+        };
+        Appearance {
+            normal: lit(splat.normal, 1.0),
+            bend,
+            contribution,
+        }
     }
-    let (mut u, mut v) = (axes * splats.axes_u[i], axes * splats.axes_v[i]);
-    let size = u.length().max(v.length());
-    let height = raster.height as f64;
-    let centre = [0.5 * raster.width as f64, 0.5 * height];
-    // Samples per metre at the centre.
-    let scale = match camera.lens {
-        Lens::Perspective { focal } => focal * height / c.z,
-        Lens::Orthographic { height: view } => height / view,
-    };
-    let aligned = matches!(raster.mode, DrawMode::Squares | DrawMode::Disks);
-    if aligned {
-        (u, v) = (DVec3::X * size, DVec3::Y * size);
-    }
-    let Some(mut out) = map(camera, c, u, v, height) else {
-        return;
-    };
-    let (x, y) = (centre[0] + scale * c.x, centre[1] + scale * c.y);
-    let Some((low, high)) = extent(camera, c, u, v, scale) else {
-        return;
-    };
-    // Samples whose centres lie in low..high.
-    let clamp =
-        |value: f64, end: usize| pixel(value).clamp(0, i32::try_from(end).unwrap_or(i32::MAX));
-    out.bounds = [
-        clamp(x + low[0] + 0.5, raster.width),
-        clamp(y + low[1] + 0.5, raster.height),
-        clamp(x + high[0] + 0.5, raster.width),
-        clamp(y + high[1] + 0.5, raster.height),
-    ];
-    if out.bounds[0] >= out.bounds[2] || out.bounds[1] >= out.bounds[3] {
-        return;
-    }
-    (out.x, out.y) = (single(x), single(y));
-    // Of splats that face the viewer nothing is blended: the nearest wins.
-    out.square = raster.mode == DrawMode::Squares;
-    if !aligned {
-        out.tolerance = single(match camera.lens {
-            Lens::Perspective { .. } => raster.tolerance * size / (c.z * c.z),
-            Lens::Orthographic { .. } => raster.tolerance * size,
-        });
-    }
-    out.splat = count(i);
-    let first = count(chunk.walls.len());
-    if let Some(clip) = view.clips.get(i).and_then(Option::as_ref)
-        && !aligned
-    {
-        add_walls(clip, view.radii[i], scale, &mut chunk.walls);
-    }
-    out.walls = [first, count(chunk.walls.len())];
-    chunk.splats.push(out);
-    let lit = |n: DVec3, w: f32| Vec4::new(single(n.x), single(-n.y), single(-n.z), w);
-    let bend = |field: &[DVec3]| match field.get(i) {
-        Some(&change) if !aligned => lit(axes * change, 0.0),
-        _ => Vec4::ZERO,
-    };
-    chunk.appearances.push(Appearance {
-        normal: lit(axes * normal, 1.0),
-        bend: [
-            bend(&splats.normal_derivatives_u),
-            bend(&splats.normal_derivatives_v),
-        ],
-        contribution: contribution(i),
-    });
 }
 
 /// The map from samples to disk coordinates and nearness.
@@ -341,7 +372,7 @@ fn add_walls(clip: &Clip, radius: f64, scale: f64, walls: &mut Vec<Wall>) {
 }
 
 /// Sorts the chunk's splats into tiles, keeping their order.
-fn bin(chunk: &mut Chunk, tiles: [usize; 2]) {
+fn bin(chunk: &mut Chunk, raster: &Raster) {
     let Chunk {
         splats,
         offsets,
@@ -350,9 +381,9 @@ fn bin(chunk: &mut Chunk, tiles: [usize; 2]) {
         ..
     } = chunk;
     offsets.clear();
-    offsets.resize(tiles[0] * tiles[1] + 1, 0);
+    offsets.resize(raster.tiles[0] * raster.tiles[1] + 1, 0);
     for p in &*splats {
-        for_tiles(p, tiles[0], |tile| offsets[tile + 1] += 1);
+        raster.for_tiles(p.bounds, |tile| offsets[tile + 1] += 1);
     }
     for k in 1..offsets.len() {
         offsets[k] += offsets[k - 1];
@@ -360,18 +391,9 @@ fn bin(chunk: &mut Chunk, tiles: [usize; 2]) {
     cursor.clone_from(offsets);
     members.resize(index(*offsets.last().unwrap_or(&0)), 0);
     for (i, p) in splats.iter().enumerate() {
-        for_tiles(p, tiles[0], |tile| {
+        raster.for_tiles(p.bounds, |tile| {
             members[index(cursor[tile])] = count(i);
             cursor[tile] += 1;
         });
-    }
-}
-
-fn for_tiles(p: &Projected, tiles_per_row: usize, mut f: impl FnMut(usize)) {
-    let [x0, y0, x1, y1] = p.bounds.map(|b| usize::try_from(b).unwrap_or(0));
-    for ty in y0 / TILE..y1.div_ceil(TILE) {
-        for tx in x0 / TILE..x1.div_ceil(TILE) {
-            f(ty * tiles_per_row + tx);
-        }
     }
 }

@@ -4,8 +4,7 @@
     reason = "places in a tile are counted and converted by one table"
 )]
 
-use crate::render::image::Image;
-use crate::render::project::{Appearance, Chunk, Projected, TILE, Wall};
+use crate::render::{Appearance, Chunk, Image, Projected, TILE, Wall};
 use glam::{Vec2, Vec3, Vec4};
 
 /// Samples of a row that are worked on at a time; they fill a [`Vec4`].
@@ -238,13 +237,11 @@ pub(crate) fn draw_triangles(
     }
 }
 
-/// First pass: nearness of the nearest surface. Second pass: blending of what is near to it, with
-/// the image that `patch` lays on a splat.
-pub(crate) fn draw_splats<'a>(
+/// First pass: nearness of the nearest surface.
+pub(crate) fn find_surface(
     chunks: &[Chunk],
     tile_index: usize,
     origin: [i32; 2],
-    patch: &dyn Fn(u32) -> Option<ImagePatch<'a>>,
     tile: &mut TileBuffers,
 ) {
     let has_triangles = tile.triangle().iter().any(|&t| t != 0);
@@ -277,6 +274,17 @@ pub(crate) fn draw_splats<'a>(
     } else {
         tile.limit.copy_from_slice(&tile.near);
     }
+}
+
+/// Second pass: blending of what is near to the surface found, with the image that `patch` lays on
+/// a splat.
+pub(crate) fn blend_near<'a>(
+    chunks: &[Chunk],
+    tile_index: usize,
+    origin: [i32; 2],
+    patch: &dyn Fn(u32) -> Option<ImagePatch<'a>>,
+    tile: &mut TileBuffers,
+) {
     for chunk in chunks {
         for (p, appearance) in chunk.in_tile(tile_index) {
             let mut loaded = None;

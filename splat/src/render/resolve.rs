@@ -1,12 +1,10 @@
 //! Third pass: the sums of a tile's samples are normalised, lit, averaged and encoded.
 
 use crate::cast::{index, single};
-use crate::render::camera::{Camera, Lens};
-use crate::render::mesh::DrawnMesh;
-use crate::render::project::{Appearance, Projected, TILE};
-use crate::render::raster::{Sums, TileBuffers};
-use crate::render::scene::{DrawMode, RenderSettings};
-use crate::render::shade::{LANES, Lights, Point, Points, Transfer, relief, sqrt, tone, tones};
+use crate::render::{
+    Appearance, Camera, DrawMode, DrawnMesh, LANES, Lens, Lights, Point, Points, Projected,
+    RenderSettings, Sums, TILE, TileBuffers, Transfer, relief, sqrt, tone, tones,
+};
 use glam::{Mat4, Vec3, Vec4};
 
 /// Softness of tissue, see [`Point`].

@@ -1,10 +1,7 @@
 //! What is drawn: splats, surfaces, light, background.
 
-use crate::render::clip::Clip;
-use crate::render::image::Image;
-use crate::render::splats::Splats;
-use crate::render::surfels::{Surfels, TexturePlace};
-use glam::{DVec3, Vec3};
+use crate::render::{Clip, Image, Splat, Surfel};
+use glam::Vec3;
 use std::sync::Arc;
 
 /// How surfels are drawn.
@@ -48,15 +45,18 @@ pub struct Surface {
     pub relief_frequency: f32,
 }
 
+/// What a splat without a surface of its own takes.
+static PLAIN: Surface = Surface {
+    coat: None,
+    specular: 0.35,
+    shininess: 50.0,
+    relief: 0.0,
+    relief_frequency: 400.0,
+};
+
 impl Default for Surface {
     fn default() -> Self {
-        Self {
-            coat: None,
-            specular: 0.35,
-            shininess: 50.0,
-            relief: 0.0,
-            relief_frequency: 400.0,
-        }
+        PLAIN.clone()
     }
 }
 
@@ -138,7 +138,8 @@ pub struct RenderSettings {
     pub tolerance: f64,
     /// Optical properties by material id; a splat whose id has none takes the default surface.
     pub surfaces: Vec<Surface>,
-    /// Images that splats lie in by texture coordinates, see [`SplatView::places`].
+    /// Images that splats lie in by texture coordinates, see [`Surfel::place`]: such an image replaces their colour and
+    /// their material's coat (three-pass mode).
     pub images: Vec<Arc<Image>>,
     /// Light.
     pub lighting: Lighting,
@@ -166,26 +167,24 @@ impl Default for RenderSettings {
     }
 }
 
+impl RenderSettings {
+    pub(crate) fn surface(&self, material: u16) -> &Surface {
+        self.surfaces.get(usize::from(material)).unwrap_or(&PLAIN)
+    }
+}
+
 /// Splats and what belongs to them; all slices have one entry per splat.
 #[derive(Debug, Clone, Copy)]
 pub struct SplatView<'a> {
     /// Carried disks.
-    pub splats: &'a Splats,
+    pub splats: &'a [Splat],
+    /// The same at rest: their materials, the texture coordinates of relief and images, the radii that clips are
+    /// measured by.
+    pub surfels: &'a [Surfel],
     /// Linear colour per splat.
     pub colors: &'a [Vec3],
-    /// Material id per splat, an index into [`crate::RenderSettings::surfaces`].
-    pub materials: &'a [u16],
-    /// Rest positions (m): the texture coordinates of relief and images.
-    pub texture_points: &'a [DVec3],
-    /// Rest normals: how texture coordinates vary over a disk; empty: they are constant over each.
-    pub texture_normals: &'a [DVec3],
-    /// Where each splat lies in an image of [`crate::RenderSettings::images`], which then replaces its
-    /// colour and its material's coat (three-pass mode); empty: none does.
-    pub places: &'a [Option<TexturePlace>],
     /// What bounds each disk; empty: nothing bounds any.
     pub clips: &'a [Option<Arc<Clip>>],
-    /// Rest radii (m), the unit of the clips.
-    pub radii: &'a [f64],
     /// Linear colour of what is seen of the body from behind through gaps of its surface, as along
     /// the end of a cut (three-pass mode); `None`: the background is seen there.
     pub inside: Option<Vec3>,
@@ -194,27 +193,19 @@ pub struct SplatView<'a> {
 impl<'a> SplatView<'a> {
     /// Splats of whole, unbounded surfels with a colour each.
     #[must_use]
-    pub fn new(splats: &'a Splats, surfels: &'a Surfels, colors: &'a [Vec3]) -> Self {
+    pub fn new(splats: &'a [Splat], surfels: &'a [Surfel], colors: &'a [Vec3]) -> Self {
         Self {
             splats,
+            surfels,
             colors,
-            materials: &surfels.materials,
-            texture_points: &surfels.positions,
-            texture_normals: &surfels.normals,
-            places: &surfels.places,
             clips: &[],
-            radii: &surfels.radii,
             inside: None,
         }
     }
 
-    /// Half-axes of a splat's disk in the rest frame (m).
-    #[inline]
-    pub(crate) fn rest_axes(&self, splat: usize) -> [DVec3; 2] {
-        let Some(&normal) = self.texture_normals.get(splat) else {
-            return [DVec3::ZERO; 2];
-        };
-        let (t0, t1) = Surfels::tangents(normal);
-        [t0, t1].map(|t| t * self.radii[splat])
+    pub(crate) fn is_whole(&self) -> bool {
+        let n = self.splats.len();
+        [self.surfels.len(), self.colors.len()] == [n; 2]
+            && (self.clips.is_empty() || self.clips.len() == n)
     }
 }

@@ -1,7 +1,6 @@
 //! Light and the way to the screen.
 
-use crate::render::noise::slope_noise;
-use crate::render::scene::{Light, Lighting};
+use crate::render::{Light, Lighting, slope_noise};
 use glam::{Vec3, Vec4};
 
 /// Points lit at a time.

@@ -1,31 +1,30 @@
-//! Surfels as arrays, in the rest frame.
+//! Surfels in the rest frame.
 
 use std::sync::Arc;
 
 use crate::cast::single;
-use crate::error::{SurfelError, one_per_point};
-use crate::render::image::Image;
+use crate::render::{Image, Splat};
 use glam::{DVec3, Vec2, Vec3};
 
-/// Oriented disks on a surface, rest frame; all arrays have one entry per surfel.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Surfels {
-    /// Centres (m).
-    pub positions: Vec<DVec3>,
-    /// Outward unit normals.
-    pub normals: Vec<DVec3>,
-    /// Fraction of the surface that each surfel stands for (m²).
-    pub areas: Vec<f64>,
+/// An oriented disk on a surface, rest frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Surfel {
+    /// Centre (m).
+    pub position: DVec3,
+    /// Outward unit normal.
+    pub normal: DVec3,
+    /// The part of the surface that it stands for (m²).
+    pub area: f64,
     /// Radius of the disk (m).
-    pub radii: Vec<f64>,
-    /// Shape operator in the tangents of [`Surfels::tangents`] (1/m): the normal at tangent offset
+    pub radius: f64,
+    /// Shape operator in the tangents of [`Surfel::tangents`] (1/m): the normal at tangent offset
     /// d is about `n + [xx xy; xy yy] d`, stored as (xx, xy, yy). Half its trace is the mean
     /// curvature, positive where the surface bulges outwards.
-    pub shapes: Vec<DVec3>,
+    pub shape: DVec3,
     /// Material id, an index into the surfaces that the renderer knows.
-    pub materials: Vec<u16>,
-    /// Where surfels lie in images, of those that do; empty without images.
-    pub places: Vec<Option<TexturePlace>>,
+    pub material: u16,
+    /// Where it lies in an image, if it does.
+    pub place: Option<TexturePlace>,
 }
 
 /// Where a surfel lies in an image, by the texture coordinates of the mesh it was sampled from.
@@ -35,7 +34,7 @@ pub struct TexturePlace {
     pub image: u16,
     /// Place of the centre: u to the right and v down, 1 the image's whole width and height.
     pub at: Vec2,
-    /// Its change along the two tangents of [`Surfels::tangents`] (1/m).
+    /// Its change along the two tangents of [`Surfel::tangents`] (1/m).
     pub along: [Vec2; 2],
 }
 
@@ -52,81 +51,7 @@ impl TexturePlace {
     }
 }
 
-impl Surfels {
-    /// Number of surfels.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.positions.len()
-    }
-
-    /// Heap bytes.
-    #[must_use]
-    pub fn bytes(&self) -> usize {
-        size_of_val(&*self.positions)
-            + size_of_val(&*self.normals)
-            + size_of_val(&*self.areas)
-            + size_of_val(&*self.radii)
-            + size_of_val(&*self.shapes)
-            + size_of_val(&*self.materials)
-            + size_of_val(&*self.places)
-    }
-
-    /// True if there are none.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.positions.is_empty()
-    }
-
-    /// Checks samples as a surface sampler gives them and makes their normals unit; radii are
-    /// `sqrt(area / pi)`, material 0.
-    ///
-    /// # Errors
-    /// [`SurfelError::BadSurfel`] names the first surfel with a value that is not finite, a zero
-    /// normal or an area that is not positive; [`SurfelError::Counts`] if the slices differ in length.
-    pub fn from_samples(
-        positions: &[DVec3],
-        normals: &[DVec3],
-        areas: &[f64],
-    ) -> Result<Self, SurfelError> {
-        one_per_point("normals", normals.len(), positions.len())?;
-        one_per_point("areas", areas.len(), positions.len())?;
-        let mut out = Self::default();
-        for (surfel, ((&x, &n), &a)) in positions.iter().zip(normals).zip(areas).enumerate() {
-            let unit = n.try_normalize();
-            let fine = x.is_finite() && a.is_finite() && a > 0.0;
-            let Some(unit) = unit.filter(|_| fine) else {
-                return Err(SurfelError::BadSurfel { surfel });
-            };
-            out.push(x, unit, a, (a / std::f64::consts::PI).sqrt(), 0);
-        }
-        Ok(out)
-    }
-
-    /// Appends one flat surfel; `normal` is taken as it is.
-    pub fn push(&mut self, position: DVec3, normal: DVec3, area: f64, radius: f64, material: u16) {
-        self.positions.push(position);
-        self.normals.push(normal);
-        self.areas.push(area);
-        self.radii.push(radius);
-        self.shapes.push(DVec3::ZERO);
-        self.materials.push(material);
-        if !self.places.is_empty() {
-            self.places.push(None);
-        }
-    }
-
-    /// Appends a copy of a surfel.
-    pub(crate) fn push_copy(&mut self, of: usize) {
-        self.positions.push(self.positions[of]);
-        self.normals.push(self.normals[of]);
-        self.areas.push(self.areas[of]);
-        self.radii.push(self.radii[of]);
-        self.shapes.push(self.shapes[of]);
-        self.materials.push(self.materials[of]);
-        let place = self.places.get(of).copied();
-        self.places.extend(place);
-    }
-
+impl Surfel {
     /// The tangent frame of a surfel: two unit vectors that make a right-handed frame with the
     /// normal (`t0 × t1 = n`). Depends on the normal alone.
     #[must_use]
@@ -134,5 +59,36 @@ impl Surfels {
     pub fn tangents(normal: DVec3) -> (DVec3, DVec3) {
         let t0 = normal.any_orthonormal_vector();
         (t0, normal.cross(t0))
+    }
+
+    /// A point of its plane (m), and the plane's normal.
+    pub(crate) fn plane(&self) -> (DVec3, DVec3) {
+        (self.position, self.normal)
+    }
+
+    /// Half-axes of the disk (m).
+    pub(crate) fn axes(&self) -> [DVec3; 2] {
+        let (t0, t1) = Self::tangents(self.normal);
+        [t0 * self.radius, t1 * self.radius]
+    }
+
+    /// Change of the normal per metre along the two tangents.
+    #[inline]
+    pub(crate) fn normal_derivatives(&self, t0: DVec3, t1: DVec3) -> [DVec3; 2] {
+        let DVec3 { x, y, z } = self.shape;
+        [t0 * x + t1 * y, t0 * y + t1 * z]
+    }
+
+    /// The undeformed disk.
+    #[must_use]
+    pub fn at_rest(&self) -> Splat {
+        let (t0, t1) = Self::tangents(self.normal);
+        let bends = self.normal_derivatives(t0, t1);
+        Splat {
+            position: self.position,
+            normal: self.normal,
+            axes: self.axes(),
+            normal_derivatives: bends.map(|bend| bend * self.radius),
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::render::camera::{Camera, Lens};
+use crate::render::{Camera, Lens};
 
 /// Where the camera stands.
 #[derive(Debug, Clone, Copy, PartialEq)]

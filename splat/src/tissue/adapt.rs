@@ -1,8 +1,7 @@
 //! Surfels that lie closer together where the surface is more curved.
 
 use crate::cast::{count, index};
-use crate::tissue::radii::shape_operators;
-use crate::tissue::tree::{NodeTree, point_tree};
+use crate::tissue::{NodeTree, point_tree, shape_operators};
 use glam::DVec3;
 use rstar::primitives::GeomWithData;
 use std::cmp::Reverse;
@@ -90,6 +89,13 @@ pub fn follow_curvature(
     let chosen: Vec<u32> = (0..count(positions.len()))
         .filter(|&i| taken[index(i)])
         .collect();
+    let shares = shares(&kept, positions, normals, areas);
+    let shares = chosen.iter().map(|&i| shares[index(i)]).collect();
+    (chosen, shares)
+}
+
+/// The area (m²) of the samples nearest to each of those kept.
+fn shares(kept: &NodeTree, positions: &[DVec3], normals: &[DVec3], areas: &[f64]) -> Vec<f64> {
     let mut shares = vec![0.0; positions.len()];
     for ((&x, &n), area) in positions.iter().zip(normals).zip(areas) {
         let near = kept.nearest_neighbor_iter(x.to_array());
@@ -102,8 +108,7 @@ pub fn follow_curvature(
             shares[j] += area;
         }
     }
-    let shares = chosen.iter().map(|&i| shares[index(i)]).collect();
-    (chosen, shares)
+    shares
 }
 
 /// Lowers spacings until they grow by no more than `slope` times the distance from sample to sample.

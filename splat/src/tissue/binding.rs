@@ -1,8 +1,8 @@
 //! Which nodes carry a surfel.
 
 use crate::cast::index;
-use crate::render::surfels::Surfels;
-use crate::tissue::tree::NodeTree;
+use crate::render::Surfel;
+use crate::tissue::NodeTree;
 use glam::{DVec2, DVec3};
 
 /// How the weight of a node that carries a surfel falls with its distance d.
@@ -116,7 +116,7 @@ impl Binding {
     }
 
     /// Change of a surfel's weights along its two tangents (1/m), see
-    /// [`crate::Surfels::tangents`]; each sums to 0.
+    /// [`crate::Surfel::tangents`]; each sums to 0.
     ///
     /// # Panics
     /// If `surfel` is out of range.
@@ -310,7 +310,7 @@ struct Look {
 
 /// Weights that sum to 1, and their slopes along the surfel's tangents.
 fn weights(links: &[Link], law: WeightLaw, normal: DVec3, reach: f64) -> (Vec<f64>, Vec<[f64; 2]>) {
-    let tangents = <[DVec3; 2]>::from(Surfels::tangents(normal));
+    let tangents = <[DVec3; 2]>::from(Surfel::tangents(normal));
     let (mut weights, mut slopes) = (Vec::new(), Vec::new());
     for link in links {
         let (weight, per) = weight(law, link.length, reach);

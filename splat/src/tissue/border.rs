@@ -1,8 +1,7 @@
 //! Where a cut ends inside the body: the edges that only one of its triangles has.
 
 use crate::cast::{count, index};
-use crate::tissue::geometry::envelope;
-use crate::tissue::memory::{map_bytes, tree_bytes};
+use crate::tissue::{envelope, map_bytes, tree_bytes};
 use glam::DVec3;
 use rstar::RTree;
 use rstar::primitives::{GeomWithData, Line, Rectangle};

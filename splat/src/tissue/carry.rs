@@ -1,22 +1,13 @@
 //! Surfels follow their nodes.
 
 use crate::cast::index;
-use crate::render::splats::{Splats, normal_derivatives};
-use crate::render::surfels::Surfels;
+use crate::render::{Splat, Surfel};
 use crate::tissue::Tissue;
 use glam::{DAffine3, DMat3, DVec3};
 use rayon::prelude::*;
 
 /// Fewest surfels that one thread carries, and nodes whose maps it forms.
 const CHUNK: usize = 128;
-
-/// One surfel in the deformed frame.
-struct Carried {
-    position: DVec3,
-    axes: [DVec3; 2],
-    normal: DVec3,
-    bends: [DVec3; 2],
-}
 
 impl Tissue {
     /// Carries all surfels by their nodes' positions and deformation gradients.
@@ -33,7 +24,7 @@ impl Tissue {
     /// # Arguments
     /// * `nodes` -- node positions in the deformed frame (m), shape `(n)`.
     /// * `gradients` -- deformation gradients of the nodes (1), shape `(n)`.
-    /// * `splats` -- output, resized.
+    /// * `splats` -- output, overwritten.
     ///
     /// # Panics
     /// If there is not one position and one gradient per node.
@@ -41,16 +32,9 @@ impl Tissue {
     /// # Numerics
     /// An affine map of the nodes with its gradient is reproduced to round-off. A singular `F` keeps
     /// the rest normal. Bitwise identical at any thread count.
-    pub fn carry_into(&self, nodes: &[DVec3], gradients: &[DMat3], splats: &mut Splats) {
-        let n = self.surfels.len();
+    pub fn carry_into(&self, nodes: &[DVec3], gradients: &[DMat3], splats: &mut Vec<Splat>) {
         assert_eq!(self.rest_nodes.len(), nodes.len(), "one position per node");
         assert_eq!(gradients.len(), nodes.len(), "one gradient per node");
-        splats.positions.resize(n, DVec3::ZERO);
-        splats.axes_u.resize(n, DVec3::ZERO);
-        splats.axes_v.resize(n, DVec3::ZERO);
-        splats.normals.resize(n, DVec3::ZERO);
-        splats.normal_derivatives_u.resize(n, DVec3::ZERO);
-        splats.normal_derivatives_v.resize(n, DVec3::ZERO);
         let maps: Vec<DAffine3> = (&*self.rest_nodes, nodes, gradients)
             .into_par_iter()
             .with_min_len(CHUNK)
@@ -58,29 +42,16 @@ impl Tissue {
                 DAffine3::from_mat3_translation(gradient, node - gradient * rest)
             })
             .collect();
-        (
-            &mut splats.positions,
-            &mut splats.normals,
-            &mut splats.axes_u,
-            &mut splats.axes_v,
-            &mut splats.normal_derivatives_u,
-            &mut splats.normal_derivatives_v,
-        )
-            .into_par_iter()
-            .enumerate()
-            .with_min_len(CHUNK)
-            .for_each(|(i, (position, normal, u, v, bend_u, bend_v))| {
-                let carried = self.carried(&maps, i);
-                (*position, *normal) = (carried.position, carried.normal);
-                [*u, *v] = carried.axes;
-                [*bend_u, *bend_v] = carried.bends;
-            });
+        let all = (0..self.surfels.len()).into_par_iter();
+        all.with_min_len(CHUNK)
+            .map(|i| self.carried(&maps, i))
+            .collect_into_vec(splats);
     }
 
     /// The surfel that the maps `p(X) = F X + shift` of its nodes make.
-    fn carried(&self, maps: &[DAffine3], i: usize) -> Carried {
-        let surfels = &self.surfels;
-        let (rest, normal, radius) = (surfels.positions[i], surfels.normals[i], surfels.radii[i]);
+    fn carried(&self, maps: &[DAffine3], i: usize) -> Splat {
+        let surfel = &self.surfels[i];
+        let (rest, normal) = surfel.plane();
         let (row, weights) = self.binding.row(i);
         let first = maps[index(row[0])].transform_point3(rest);
         let (mut position, mut f, mut drift) = (first, DMat3::ZERO, [DVec3::ZERO; 2]);
@@ -93,25 +64,25 @@ impl Tissue {
             drift[0] += aside * slope[0];
             drift[1] += aside * slope[1];
         }
-        let (t0, t1) = Surfels::tangents(normal);
+        let (t0, t1) = Surfel::tangents(normal);
         let (a, b) = (f * t0, f * t1);
         let axes = [a + drift[0], b + drift[1]];
         let raw = a.cross(b);
         let length = raw.length();
         let most = self.settings.max_stretch;
-        let mut carried = Carried {
+        let mut carried = Splat {
             position,
-            axes: axes.map(|axis| axis.clamp_length_max(most) * radius),
             normal,
-            bends: [DVec3::ZERO; 2],
+            axes: axes.map(|axis| axis.clamp_length_max(most) * surfel.radius),
+            normal_derivatives: [DVec3::ZERO; 2],
         };
         if length > 0.0 {
             // cof(F) t0 = F t1 × F n and cof(F) t1 = F n × F t0, as t0, t1, n are a right-handed frame.
             let c = f * normal;
-            let per = radius / length;
-            let along = [b.cross(c) * per, c.cross(a) * per];
+            let per = surfel.radius / length;
             carried.normal = raw / length;
-            carried.bends = normal_derivatives(surfels.shapes[i], along[0], along[1]);
+            carried.normal_derivatives =
+                surfel.normal_derivatives(b.cross(c) * per, c.cross(a) * per);
         }
         carried
     }
@@ -142,7 +113,9 @@ mod tests {
         };
         let mut tissue = Tissue::new(&normals, &normals, &areas, &nodes, &settings)
             .expect("unit normals and finite nodes");
-        tissue.surfels.shapes = (2_000..3_000).map(vector).collect();
+        for (surfel, i) in tissue.surfels.iter_mut().zip(2_000..) {
+            surfel.shape = vector(i);
+        }
         let moved = nodes.iter().zip(4_000..).map(|(&x, i)| x + 0.2 * vector(i));
         let gradients = (5_000..).step_by(3).take(nodes.len()).map(|i| {
             let columns = [0, 1, 2].map(|k| DMat3::IDENTITY.col(k) + 0.3 * vector(i + k));
@@ -156,35 +129,35 @@ mod tests {
     #[test]
     fn carrying_is_what_its_formulas_say() {
         let (tissue, nodes, gradients) = scene();
-        let (surfels, binding, rest_nodes) = (&tissue.surfels, &tissue.binding, &tissue.rest_nodes);
-        let mut splats = Splats::default();
+        let (binding, rest_nodes) = (&tissue.binding, &tissue.rest_nodes);
+        let mut splats = Vec::new();
         tissue.carry_into(&nodes, &gradients, &mut splats);
         let mut worst: f64 = 0.0;
-        for i in 0..surfels.len() {
+        for (i, (surfel, splat)) in tissue.surfels.iter().zip(&splats).enumerate() {
             let (row, weights) = binding.row(i);
-            let (t0, t1) = Surfels::tangents(surfels.normals[i]);
-            let r = surfels.radii[i];
+            let (t0, t1) = Surfel::tangents(surfel.normal);
+            let r = surfel.radius;
             let (mut x, mut u, mut v) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
             let mut f = DMat3::ZERO;
             for (k, &node) in row.iter().enumerate() {
                 let node = index(node);
-                let p = nodes[node] + gradients[node] * (surfels.positions[i] - rest_nodes[node]);
+                let p = nodes[node] + gradients[node] * (surfel.position - rest_nodes[node]);
                 x += p * weights[k];
                 f += gradients[node] * weights[k];
                 u += p * binding.slopes(i)[k][0];
                 v += p * binding.slopes(i)[k][1];
             }
             let cofactor = f.inverse().transpose() * f.determinant();
-            let normal = cofactor * surfels.normals[i];
-            let bend = normal_derivatives(surfels.shapes[i], t0, t1)
-                .map(|b| cofactor * b * r / normal.length());
+            let normal = cofactor * surfel.normal;
+            let bend = surfel.normal_derivatives(t0, t1);
+            let bend = bend.map(|b| cofactor * b * r / normal.length());
             for (found, expected) in [
-                (splats.positions[i], x),
-                (splats.axes_u[i], (f * t0 + u) * r),
-                (splats.axes_v[i], (f * t1 + v) * r),
-                (splats.normals[i], normal.normalize()),
-                (splats.normal_derivatives_u[i], bend[0]),
-                (splats.normal_derivatives_v[i], bend[1]),
+                (splat.position, x),
+                (splat.axes[0], (f * t0 + u) * r),
+                (splat.axes[1], (f * t1 + v) * r),
+                (splat.normal, normal.normalize()),
+                (splat.normal_derivatives[0], bend[0]),
+                (splat.normal_derivatives[1], bend[1]),
             ] {
                 worst = worst.max(found.distance(expected) / expected.length().max(1.0));
             }

@@ -4,12 +4,8 @@ use std::sync::Arc;
 
 use glam::{DMat3, DVec3, Vec3};
 
-use crate::render::image::Image;
-use crate::render::scene::{SplatView, Surface};
-use crate::render::splats::Splats;
-use crate::render::surfels::TexturePlace;
-use crate::tissue::Tissue;
-use crate::tissue::texture::TissueTexture;
+use crate::render::{Image, Splat, SplatView, Surface, TexturePlace};
+use crate::tissue::{Tissue, TissueTexture};
 
 /// What light reaches the bottom of a wound, where its sides do not quite meet.
 const DEPTH: f32 = 0.25;
@@ -27,7 +23,7 @@ pub struct DrawnTissue {
     pub images: Vec<Arc<Image>>,
     /// Linear colour of each surfel; [`DrawnTissue::carry`] gives new ones theirs.
     pub colors: Vec<Vec3>,
-    splats: Splats,
+    splats: Vec<Splat>,
 }
 
 impl DrawnTissue {
@@ -40,7 +36,7 @@ impl DrawnTissue {
             texture,
             surfaces,
             images: Vec::new(),
-            splats: Splats::default(),
+            splats: Vec::new(),
         }
     }
 
@@ -53,20 +49,19 @@ impl DrawnTissue {
             surfaces: self.surfaces.clone(),
             images: self.images.clone(),
             colors: self.colors.clone(),
-            splats: Splats::default(),
+            splats: Vec::new(),
         }
     }
 
     /// Lays images on the surfels that have a position in one, one entry each, and colours these by them.
     pub fn lay(&mut self, images: Vec<Arc<Image>>, places: Vec<Option<TexturePlace>>) {
-        let radii = &self.tissue.surfels().radii;
-        for ((to, place), radius) in self.colors.iter_mut().zip(&places).zip(radii) {
-            if let Some(place) = place {
-                *to = place.color(&images, *radius);
+        self.tissue.set_places(places);
+        for (to, surfel) in self.colors.iter_mut().zip(self.tissue.surfels()) {
+            if let Some(place) = surfel.place {
+                *to = place.color(&images, surfel.radius);
             }
         }
         self.images = images;
-        self.tissue.set_places(places);
     }
 
     /// Moves the splats with the nodes' positions (m) and deformation gradients, and colours surfels that are new.
@@ -76,20 +71,17 @@ impl DrawnTissue {
     pub fn carry(&mut self, positions: &[DVec3], gradients: &[DMat3]) {
         self.tissue
             .carry_into(positions, gradients, &mut self.splats);
-        let surfels = self.tissue.surfels();
-        for index in self.colors.len()..surfels.len() {
-            let place = surfels.places.get(index).copied().flatten();
-            let color = match place {
-                Some(place) => place.color(&self.images, surfels.radii[index]),
-                None => (self.texture).color(surfels.positions[index], surfels.materials[index]),
-            };
-            self.colors.push(color);
+        for surfel in &self.tissue.surfels()[self.colors.len()..] {
+            self.colors.push(match surfel.place {
+                Some(place) => place.color(&self.images, surfel.radius),
+                None => self.texture.color(surfel.position, surfel.material),
+            });
         }
     }
 
     /// The splats where [`DrawnTissue::carry`] has moved them.
     #[must_use]
-    pub fn splats(&self) -> &Splats {
+    pub fn splats(&self) -> &[Splat] {
         &self.splats
     }
 
@@ -113,7 +105,7 @@ impl DrawnTissue {
     /// Heap bytes of the tissue and of its splats.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.tissue.bytes() + self.splats.bytes() + size_of_val(&*self.colors)
+        self.tissue.bytes() + size_of_val(&*self.splats) + size_of_val(&*self.colors)
     }
 }
 
@@ -137,9 +129,8 @@ mod tests {
         let texture = TissueTexture::liver(0.2);
         let mut skin = DrawnTissue::new(ball(), texture, texture.surfaces());
         skin.carry(&[DVec3::X], &[DMat3::IDENTITY]);
-        let moved = skin.splats().positions.iter();
-        for (now, rest) in moved.zip(&skin.tissue.surfels().positions) {
-            assert!((now.distance(*rest) - 1.0).abs() < 1e-12);
+        for (now, rest) in skin.splats().iter().zip(skin.tissue.surfels()) {
+            assert!((now.position.distance(rest.position) - 1.0).abs() < 1e-12);
         }
         assert_eq!(skin.view().inside, None, "no gaps");
         let plane = [[-0.2, -0.2], [0.2, -0.2], [0.2, 0.2], [-0.2, 0.2]];
@@ -150,19 +141,20 @@ mod tests {
         assert!(cut.expect("a finite cut").skin > 0, "new skin");
         skin.carry(&[DVec3::X], &[DMat3::IDENTITY]);
         let view = skin.view();
-        assert_eq!(view.colors.len(), view.splats.positions.len());
+        assert_eq!(view.colors.len(), view.splats.len());
         assert_eq!(view.inside, Some(skin.depth_color()));
     }
 
     #[test]
     fn curvature_of_a_swollen_ball_is_its_new_radius() {
-        let mut splats = Splats::default();
+        let mut splats = Vec::new();
         let doubled = [DMat3::IDENTITY * 2.0];
         ball().carry_into(&[DVec3::ZERO], &doubled, &mut splats);
-        for i in 0..2_000 {
-            let found = splats.mean_curvature(i);
+        assert_eq!(splats.len(), 2_000);
+        for splat in splats {
+            let found = splat.mean_curvature();
             // 1 / 0.2 m; the least squares over eight neighbours are 2 % off at worst.
-            assert!((found - 5.0).abs() < 0.1, "{found} at {i}");
+            assert!((found - 5.0).abs() < 0.1, "{found} at {splat:?}");
         }
     }
 }

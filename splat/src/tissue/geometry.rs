@@ -1,6 +1,6 @@
 //! Triangles of a cut against points, segments and tangent planes.
 
-use crate::render::surfels::Surfels;
+use crate::render::Surfel;
 use glam::{DVec2, DVec3};
 use rstar::AABB;
 
@@ -17,7 +17,7 @@ pub(super) fn wall_of_triangle(
     normal: DVec3,
 ) -> Option<[DVec2; 2]> {
     let height = triangle.map(|p| (p - position).dot(normal));
-    let (t0, t1) = Surfels::tangents(normal);
+    let (t0, t1) = Surfel::tangents(normal);
     let mut ends = [DVec2::ZERO; 2];
     let mut found = 0;
     for k in 0..3 {

@@ -1,6 +1,6 @@
 //! The part of a cut that may lie in a body.
 
-use crate::tissue::skin::triangle_area;
+use crate::tissue::triangle_area;
 use glam::DVec3;
 
 /// Least fraction of a triangle near the body for which all of it is sampled.

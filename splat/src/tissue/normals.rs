@@ -29,7 +29,7 @@ const LINE: f64 = 1e-12;
 ///
 /// # Examples
 /// ```
-/// use phyxel_splat::{Surfels, estimate_normals, glam::DVec3};
+/// use phyxel_splat::{Surfel, estimate_normals, glam::DVec3};
 ///
 /// let around = |k: u32| 2.399_963 * f64::from(k);
 /// let height = |k: u32| 1.0 - f64::from(2 * k + 1) / 500.0;
@@ -39,7 +39,7 @@ const LINE: f64 = 1e-12;
 /// }).collect();
 /// let normals = estimate_normals(&ball)?;
 /// assert!(ball.iter().zip(&normals).all(|(x, normal)| x.dot(*normal) > 0.99));
-/// let surfels = Surfels::covering(&ball, &normals)?;
+/// let surfels = Surfel::covering(&ball, &normals)?;
 /// # Ok::<(), phyxel_splat::SurfelError>(())
 /// ```
 pub fn estimate_normals(points: &[DVec3]) -> Result<Vec<DVec3>, SurfelError> {

@@ -2,10 +2,8 @@
 
 use crate::cast::index;
 use crate::error::{SurfelError, one_per_point};
-use crate::render::surfels::Surfels;
-use crate::tissue::eigen::symmetric_eigen;
-use crate::tissue::geometry::line_of_plane;
-use crate::tissue::tree::{NodeTree, point_tree};
+use crate::render::Surfel;
+use crate::tissue::{CAPSULE, NodeTree, line_of_plane, point_tree, symmetric_eigen};
 use glam::{DMat3, DVec2, DVec3};
 use rayon::prelude::*;
 
@@ -62,7 +60,7 @@ pub enum Measure {
     Variation,
 }
 
-impl Surfels {
+impl Surfel {
     /// Surfels at points with normals of any length, with the radii that just cover the surface and the
     /// curvature that their neighbours tell. The areas are those of the disks; material 0.
     ///
@@ -73,16 +71,47 @@ impl Surfels {
     /// # Numerics
     /// Disks cover where samples are closer together than the radius of curvature; a point without
     /// others gets the radius 0. See [`crate::covering_radii`].
-    pub fn covering(positions: &[DVec3], normals: &[DVec3]) -> Result<Self, SurfelError> {
-        one_per_point("normals", normals.len(), positions.len())?;
+    pub fn covering(positions: &[DVec3], normals: &[DVec3]) -> Result<Vec<Self>, SurfelError> {
         let areas = vec![1.0; positions.len()];
-        let mut surfels = Self::from_samples(positions, normals, &areas)?;
-        let normals = &surfels.normals;
-        surfels.radii = RadiusRule::Covering.radii(positions, normals);
-        surfels.shapes = shape_operators(positions, normals);
-        let areas = surfels.radii.iter().map(|r| std::f64::consts::PI * r * r);
-        surfels.areas = areas.collect();
+        let mut surfels = Self::from_samples(positions, normals, &areas, RadiusRule::Covering)?;
+        for surfel in &mut surfels {
+            surfel.area = std::f64::consts::PI * surfel.radius * surfel.radius;
+        }
         Ok(surfels)
+    }
+
+    /// Checks samples as a surface sampler gives them and makes their normals unit; material 0.
+    ///
+    /// # Errors
+    /// [`SurfelError::BadSurfel`] names the first surfel with a value that is not finite, a zero
+    /// normal or an area that is not positive; [`SurfelError::Counts`] if the slices differ in length.
+    pub(crate) fn from_samples(
+        positions: &[DVec3],
+        normals: &[DVec3],
+        areas: &[f64],
+        rule: RadiusRule,
+    ) -> Result<Vec<Self>, SurfelError> {
+        one_per_point("normals", normals.len(), positions.len())?;
+        one_per_point("areas", areas.len(), positions.len())?;
+        let samples = positions.iter().zip(normals).zip(areas).enumerate();
+        let units = samples.map(|(surfel, ((x, normal), area))| {
+            let fine = x.is_finite() && area.is_finite() && *area > 0.0;
+            let unit = normal.try_normalize().filter(|_| fine);
+            unit.ok_or(SurfelError::BadSurfel { surfel })
+        });
+        let normals = units.collect::<Result<Vec<_>, _>>()?;
+        let radii = rule.radii(positions, &normals);
+        let shapes = shape_operators(positions, &normals);
+        let surfel = |i: usize| Self {
+            position: positions[i],
+            normal: normals[i],
+            area: areas[i],
+            radius: radii[i],
+            shape: shapes[i],
+            material: CAPSULE,
+            place: None,
+        };
+        Ok((0..positions.len()).map(surfel).collect())
     }
 }
 
@@ -167,7 +196,7 @@ pub(crate) struct RadiusMap {
     /// The smallest and the largest measure.
     ends: [f64; 2],
     /// The smallest and the largest radius (m).
-    radii: [f64; 2],
+    pub(crate) radii: [f64; 2],
 }
 
 impl RadiusMap {
@@ -196,11 +225,6 @@ impl RadiusMap {
             Measure::Density if span > 0.0 => least + (most - least) * rise,
             _ => most - (most - least) * rise,
         }
-    }
-
-    /// The largest radius (m).
-    pub(crate) fn most(&self) -> f64 {
-        self.radii[1]
     }
 }
 
@@ -249,42 +273,36 @@ fn cell_radius(tree: &NodeTree, positions: &[DVec3], normals: &[DVec3], i: usize
         return 0.0;
     }
     let mean = six.iter().map(|&j| positions[j].distance(x)).sum::<f64>() / six.len() as f64;
-    circumradius(positions, normals, i, &near, 2.0 * mean)
+    let planes = near.iter().map(|&j| (positions[j], normals[j]));
+    circumradius((x, normals[i]), planes, 2.0 * mean)
 }
 
 /// Radius (m) of a disk of skin by the rule of [`covering_radii`] among the samples `beside` it,
 /// nearest first, of which those that face the same way count; at most `most`.
-pub(crate) fn sheet_radius(
-    surfels: &Surfels,
-    i: usize,
-    beside: impl Iterator<Item = usize>,
+pub(crate) fn sheet_radius<'a>(
+    surfel: &Surfel,
+    beside: impl Iterator<Item = &'a Surfel>,
     most: f64,
 ) -> f64 {
-    let (positions, normals) = (&surfels.positions, &surfels.normals);
-    let near: Vec<usize> = beside
-        .filter(|&j| normals[j].dot(normals[i]) > FACE_COSINE)
-        .take(CELL_NEIGHBORS)
-        .collect();
-    let radius = circumradius(positions, normals, i, &near, most);
+    let alike = beside.filter(|other| other.normal.dot(surfel.normal) > FACE_COSINE);
+    let planes = alike.take(CELL_NEIGHBORS).map(Surfel::plane);
+    let radius = circumradius(surfel.plane(), planes, most);
     (radius * OVERLAP).min(most)
 }
 
-/// Circumradius (m) of the cell of `i` among `near`, cut off at `most`.
+/// Circumradius (m) of the cell of a point on its plane among those `near`, cut off at `most`.
 fn circumradius(
-    positions: &[DVec3],
-    normals: &[DVec3],
-    i: usize,
-    near: &[usize],
+    (x, n): (DVec3, DVec3),
+    near: impl Iterator<Item = (DVec3, DVec3)>,
     most: f64,
 ) -> f64 {
-    let (x, n) = (positions[i], normals[i]);
-    let (t0, t1) = Surfels::tangents(n);
+    let (t0, t1) = Surfel::tangents(n);
     let corners = [[-most, -most], [most, -most], [most, most], [-most, most]];
     let mut cell = corners.map(DVec2::from).to_vec();
     let mut spare = Vec::with_capacity(12);
-    for &j in near {
-        let d = positions[j] - x;
-        let (direction, offset) = if normals[j].dot(n) > FACE_COSINE {
+    for (y, m) in near {
+        let d = y - x;
+        let (direction, offset) = if m.dot(n) > FACE_COSINE {
             // Bisector; the true distance is kept, the direction is the projected one.
             let flat = DVec2::new(d.dot(t0), d.dot(t1));
             let Some(direction) = flat.try_normalize() else {
@@ -293,7 +311,7 @@ fn circumradius(
             (direction, 0.5 * d.length())
         } else {
             // The other face's plane, where it lies in front of the surfel.
-            match line_of_plane(x, (t0, t1), positions[j], normals[j]) {
+            match line_of_plane(x, (t0, t1), y, m) {
                 Some((direction, offset, _)) if offset > 0.0 => (direction, offset),
                 _ => continue,
             }
@@ -307,7 +325,7 @@ fn circumradius(
 
 /// Shape operators by least squares: the symmetric 2×2 matrix that best maps the tangent offsets of
 /// the eight nearest neighbours on the same face to the change of their normals; one entry per
-/// surfel, as [`Surfels::shapes`]. Zero where neighbours do not span the plane.
+/// surfel, as [`Surfel::shape`]. Zero where neighbours do not span the plane.
 ///
 /// # Panics
 /// If the slices differ in length.
@@ -318,7 +336,7 @@ pub(crate) fn shape_operators(positions: &[DVec3], normals: &[DVec3]) -> Vec<DVe
         .into_par_iter()
         .map(|i| {
             let (x, n) = (positions[i], normals[i]);
-            let (t0, t1) = Surfels::tangents(n);
+            let (t0, t1) = Surfel::tangents(n);
             // Normal equations of xx, xy, yy.
             let (mut uu, mut uv, mut vv) = (0.0, 0.0, 0.0);
             let mut right = DVec3::ZERO;

@@ -2,8 +2,7 @@
 
 use super::Tissue;
 use crate::cast::{count, index};
-use crate::tissue::radii::{FACE_COSINE, Measure, RadiusMap, RadiusRule, measure_of, measures};
-use crate::tissue::texture::CAPSULE;
+use crate::tissue::{CAPSULE, FACE_COSINE, Measure, RadiusMap, RadiusRule, measure_of, measures};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -52,12 +51,12 @@ impl Tissue {
         let all = 0..count(self.surfels.len());
         let radius = |surfel| self.measured(surfel, renewal, crosses);
         let radii: Vec<f64> = all.clone().into_par_iter().map(radius).collect();
-        let before = std::mem::replace(&mut self.surfels.radii, radii);
-        let changed = |surfel: &u32| {
-            let [old, new] = [&before, &self.surfels.radii].map(|radii| radii[index(*surfel)]);
-            old.to_bits() != new.to_bits()
-        };
-        all.filter(changed).collect()
+        let surfels = all.zip(&mut self.surfels).zip(radii);
+        let changed = surfels.filter_map(|((number, surfel), radius)| {
+            let before = std::mem::replace(&mut surfel.radius, radius);
+            (before.to_bits() != radius.to_bits()).then_some(number)
+        });
+        changed.collect()
     }
 
     /// The radius (m) of a surfel by its neighbours of the same side.
@@ -73,7 +72,7 @@ impl Tissue {
         for tree in [&self.outer_tree, &self.skin_tree] {
             let mut farthest = 0.0;
             for (k, p) in tree.nearest_neighbor_iter(x.to_array()).enumerate() {
-                let away = self.surfels.positions[index(p.data)].distance_squared(x);
+                let away = self.surfels[index(p.data)].position.distance_squared(x);
                 // All that are equally far, so that the tree's order decides nothing.
                 if k > most + 1 && away > farthest {
                     break;
@@ -96,12 +95,11 @@ impl Tissue {
     /// Whether two surfels are skin of the same side of one sheet: where a cut bends, it comes between them
     /// without parting them.
     fn is_same_sheet(&self, a: u32, b: u32) -> bool {
-        let (a, b) = (index(a), index(b));
-        let (materials, normals) = (&self.surfels.materials, &self.surfels.normals);
-        let sheet = |i: usize| self.borders.sheet(self.triangles[i]);
-        materials[a] != CAPSULE
-            && materials[b] != CAPSULE
-            && normals[a].dot(normals[b]) > FACE_COSINE
+        let [one, other] = [a, b].map(|surfel| &self.surfels[index(surfel)]);
+        let sheet = |surfel: u32| self.borders.sheet(self.triangles[index(surfel)]);
+        one.material != CAPSULE
+            && other.material != CAPSULE
+            && one.normal.dot(other.normal) > FACE_COSINE
             && sheet(a) == sheet(b)
     }
 }

@@ -2,10 +2,8 @@
 
 use super::Tissue;
 use crate::cast::index;
-use crate::render::clip::Clip;
-use crate::render::surfels::Surfels;
-use crate::tissue::geometry::{line_of_plane, nearest_on_segment};
-use crate::tissue::tree::NodeTree;
+use crate::render::{Clip, Surfel};
+use crate::tissue::{NodeTree, line_of_plane, nearest_on_segment};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -15,18 +13,11 @@ const SHARP: f64 = 0.766;
 /// Planes that bound one disk at most: an edge, a corner, one to spare.
 const MAX_PLANES: usize = 3;
 
-/// A disk of new skin before it is clipped.
-pub(crate) struct SkinDisk {
-    pub(crate) point: DVec3,
-    pub(crate) normal: DVec3,
-    pub(crate) radius: f64,
-}
-
 /// Surfels within `radius` of `x`, nearest first, equal distances in order of their numbers.
-pub(crate) fn within(tree: &NodeTree, surfels: &Surfels, x: DVec3, radius: f64) -> Vec<u32> {
+pub(crate) fn within(tree: &NodeTree, surfels: &[Surfel], x: DVec3, radius: f64) -> Vec<u32> {
     let near = tree.locate_within_distance(x.to_array(), radius * radius);
     let mut found: Vec<(f64, u32)> = near
-        .map(|p| (surfels.positions[index(p.data)].distance_squared(x), p.data))
+        .map(|p| (surfels[index(p.data)].position.distance_squared(x), p.data))
         .collect();
     found.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     found.into_iter().map(|(_, surfel)| surfel).collect()
@@ -34,13 +25,13 @@ pub(crate) fn within(tree: &NodeTree, surfels: &Surfels, x: DVec3, radius: f64) 
 
 /// Planes of neighbouring faces that meet surfel `i`'s disk in a convex edge: pairs of surfel and
 /// the line they draw in the disk (direction, offset).
-fn edge_lines(surfels: &Surfels, tree: &NodeTree, i: usize) -> Vec<(DVec2, f64)> {
-    let (x, n, r) = (surfels.positions[i], surfels.normals[i], surfels.radii[i]);
-    let tangents = Surfels::tangents(n);
+fn edge_lines(surfels: &[Surfel], tree: &NodeTree, i: usize) -> Vec<(DVec2, f64)> {
+    let ((x, n), r) = (surfels[i].plane(), surfels[i].radius);
+    let tangents = Surfel::tangents(n);
     let mut chosen: Vec<DVec3> = Vec::new();
     let mut lines = Vec::new();
     for j in within(tree, surfels, x, 2.5 * r) {
-        let (y, m) = (surfels.positions[index(j)], surfels.normals[index(j)]);
+        let (y, m) = surfels[index(j)].plane();
         let convex = (y - x).dot(n) < 0.0 && (x - y).dot(m) < 0.0;
         if m.dot(n) > SHARP || !convex || chosen.iter().any(|c| c.dot(m) > SHARP) {
             continue;
@@ -60,7 +51,7 @@ fn edge_lines(surfels: &Surfels, tree: &NodeTree, i: usize) -> Vec<(DVec2, f64)>
 }
 
 /// Clips of all surfels at the surface's sharp edges.
-pub(crate) fn sharp_edges(surfels: &Surfels, tree: &NodeTree) -> Vec<Option<Arc<Clip>>> {
+pub(crate) fn sharp_edges(surfels: &[Surfel], tree: &NodeTree) -> Vec<Option<Arc<Clip>>> {
     let clip = |i: usize| {
         let clip = Clip {
             edges: edge_lines(surfels, tree, i),
@@ -79,12 +70,12 @@ impl Tissue {
     pub fn is_behind_surfels(&self, x: DVec3) -> bool {
         let mut nearest = self.outer_tree.nearest_neighbor_iter(x.to_array());
         let mut next = || nearest.next().map(|p| index(p.data));
-        let (positions, normals) = (&self.surfels.positions, &self.surfels.normals);
-        let before = |x: DVec3, i: usize| (x - positions[i]).dot(normals[i]);
+        let surfels = &self.surfels;
+        let before = |x: DVec3, i: usize| (x - surfels[i].position).dot(surfels[i].normal);
         let behind = |i: usize| before(x, i) < 0.0;
         match (next(), next()) {
             (Some(a), Some(b))
-                if before(positions[a], b) > 0.0 && before(positions[b], a) > 0.0 =>
+                if before(surfels[a].position, b) > 0.0 && before(surfels[b].position, a) > 0.0 =>
             {
                 behind(a) || behind(b)
             }
@@ -115,13 +106,13 @@ pub(crate) fn clear_anchor(clip: &mut Clip, walls: &[[DVec2; 2]], clearance: f64
 /// planes that are drawn: so the skin ends where the outer splats, clipped by the cut, begin. A
 /// disk whose centre lies outside keeps what reaches into the body.
 pub(crate) fn at_surface(
-    disk: &SkinDisk,
-    surfels: &Surfels,
+    disk: &Surfel,
+    surfels: &[Surfel],
     tree: &NodeTree,
     inside: &(dyn Fn(DVec3) -> bool + Sync),
 ) -> Option<Clip> {
-    let (x, r) = (disk.point, disk.radius);
-    let (t0, t1) = Surfels::tangents(disk.normal);
+    let (x, r) = (disk.position, disk.radius);
+    let (t0, t1) = Surfel::tangents(disk.normal);
     let is_inside = inside(x);
     let line = |y: DVec3, m: DVec3| line_of_plane(x, (t0, t1), y, m);
     let near = within(tree, surfels, x, 3.0 * r);
@@ -130,16 +121,12 @@ pub(crate) fn at_surface(
     }
     let mut chosen: Vec<(DVec3, DVec3)> = Vec::new();
     let mut clip = Clip::default();
-    let mut lines: Vec<(DVec2, f64)> = Vec::new();
     for &j in &near {
-        let (y, m) = (surfels.positions[index(j)], surfels.normals[index(j)]);
-        let Some((direction, first, sine)) = line(y, m) else {
+        let (y, m) = surfels[index(j)].plane();
+        // A surface nearly parallel to the cut has no rim here.
+        let Some((direction, first, _)) = line(y, m).filter(|&(_, _, sine)| sine >= 0.15) else {
             continue;
         };
-        // A surface nearly parallel to the cut has no rim here.
-        if sine < 0.15 {
-            continue;
-        }
         let fresh = chosen
             .iter()
             .all(|&(z, k)| k.dot(m) < SHARP && (y - z).dot(k) <= 0.0 && (z - y).dot(m) <= 0.0);
@@ -154,21 +141,20 @@ pub(crate) fn at_surface(
         };
         chosen.push((y, m));
         if offset < r {
-            lines.push((direction, offset));
+            clip.edges.push((direction, offset));
         }
         if chosen.len() == MAX_PLANES {
             break;
         }
     }
     for _ in 0..4 {
-        for &(direction, offset) in &lines {
+        for &(direction, offset) in &clip.edges {
             let over = clip.anchor.dot(direction) - (offset - 0.1 * r);
             if over > 0.0 {
                 clip.anchor -= direction * over;
             }
         }
     }
-    clip.edges = lines;
     let eye = x + t0 * clip.anchor.x + t1 * clip.anchor.y;
     let moved = clip.anchor.length();
     let in_body = if moved > 0.0 {
@@ -181,14 +167,13 @@ pub(crate) fn at_surface(
 
 /// The surfel nearest to `x` among those that face about like `normal`.
 fn nearest_like(
-    surfels: &Surfels,
+    surfels: &[Surfel],
     tree: &NodeTree,
     x: DVec3,
     normal: DVec3,
 ) -> Option<(DVec3, DVec3)> {
     tree.nearest_neighbor_iter(x.to_array())
         .take(6)
-        .map(|p| index(p.data))
-        .find(|&j| surfels.normals[j].dot(normal) > SHARP)
-        .map(|j| (surfels.positions[j], surfels.normals[j]))
+        .map(|p| surfels[index(p.data)].plane())
+        .find(|plane| plane.1.dot(normal) > SHARP)
 }

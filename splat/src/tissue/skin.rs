@@ -1,8 +1,7 @@
 //! Samples on a growing cut surface.
 
 use crate::cast::whole;
-use crate::tissue::adapt::scatter;
-use crate::tissue::memory::map_bytes;
+use crate::tissue::{map_bytes, scatter};
 use glam::DVec3;
 use std::collections::HashMap;
 

@@ -2,14 +2,11 @@
 
 use super::Tissue;
 use crate::cast::{count, index};
-use crate::render::clip::Clip;
-use crate::render::surfels::Surfels;
-use crate::tissue::binding::Sight;
-use crate::tissue::geometry::{
-    Screen, envelope, nearest_on_segment, nearest_on_triangle, wall_of_triangle,
+use crate::render::{Clip, Surfel};
+use crate::tissue::{
+    CAPSULE, Screen, Sight, envelope, nearest_on_segment, nearest_on_triangle, rim,
+    wall_of_triangle,
 };
-use crate::tissue::rim;
-use crate::tissue::texture::CAPSULE;
 use glam::{DVec2, DVec3};
 use std::ops::Range;
 use std::sync::Arc;
@@ -31,7 +28,7 @@ impl Tissue {
             let envelope = envelope(triangle, self.max_reach);
             for tree in [&self.outer_tree, &self.skin_tree] {
                 for p in tree.locate_in_envelope(envelope) {
-                    let x = self.surfels.positions[index(p.data)];
+                    let x = self.surfels[index(p.data)].position;
                     let reaches = self.family(p.data).map(|member| self.reach(member));
                     let reach = reaches.fold(0.0, f64::max);
                     if nearest_on_triangle(triangle, x).distance_squared(x) <= reach * reach {
@@ -50,7 +47,7 @@ impl Tissue {
     /// part of the disk that no anchor sees any more. Returns those whose anchor moved.
     pub(super) fn split(&mut self, surfel: u32, hits: &[u32]) -> Vec<u32> {
         let (i, r) = (index(surfel), self.largest_radius(surfel));
-        let (x, n) = (self.surfels.positions[i], self.surfels.normals[i]);
+        let (x, n) = self.surfels[i].plane();
         let walls: Vec<[DVec2; 2]> = hits
             .iter()
             .map(|&t| &self.borders.triangles[index(t)])
@@ -94,7 +91,7 @@ impl Tissue {
                     ..Clip::clone(clip)
                 };
                 let double = count(self.surfels.len());
-                self.surfels.push_copy(i);
+                self.surfels.push(self.surfels[i]);
                 self.triangles.push(self.triangles[i]);
                 self.clips.push(Some(Arc::new(clip)));
                 self.doubles.entry(surfel).or_default().push(double);
@@ -107,16 +104,18 @@ impl Tissue {
     /// Distance (m) from a surfel within which its disk, and all lines from its eye to its nodes, lie.
     pub(super) fn reach(&self, surfel: u32) -> f64 {
         let i = index(surfel);
-        let aside = self.query(surfel).inner.distance(self.surfels.positions[i]);
+        let aside = self.query(surfel).inner.distance(self.surfels[i].position);
         (self.binding.reach[i] + aside).max(self.largest_radius(surfel))
     }
 
     /// The radius (m) that a surfel's clip must do for: that of new skin still changes while the
     /// cut grows, and all do that are measured again.
     fn largest_radius(&self, surfel: u32) -> f64 {
-        match self.surfels.materials[index(surfel)] {
-            CAPSULE if self.renewal.is_none() => self.surfels.radii[index(surfel)],
-            _ => self.skin_radius(),
+        let surfel = &self.surfels[index(surfel)];
+        if surfel.material == CAPSULE && self.renewal.is_none() {
+            surfel.radius
+        } else {
+            self.skin_radius()
         }
     }
 
@@ -157,15 +156,15 @@ impl Tissue {
 
     /// Where a surfel is as a sample of the surface: at its anchor, which is on its own side of a cut.
     pub(super) fn place(&self, surfel: u32) -> DVec3 {
-        let i = index(surfel);
         let anchor = self.anchor(surfel);
-        let (t0, t1) = Surfels::tangents(self.surfels.normals[i]);
-        self.surfels.positions[i] + t0 * anchor.x + t1 * anchor.y
+        let surfel = &self.surfels[index(surfel)];
+        let (t0, t1) = Surfel::tangents(surfel.normal);
+        surfel.position + t0 * anchor.x + t1 * anchor.y
     }
 
     /// The point of a surfel from which nodes are seen: its anchor, a little below the surface.
     pub(super) fn eye(&self, surfel: u32) -> DVec3 {
         let behind = super::BEHIND * self.sampler.spacing();
-        self.place(surfel) - self.surfels.normals[index(surfel)] * behind
+        self.place(surfel) - self.surfels[index(surfel)].normal * behind
     }
 }

@@ -1,5 +1,5 @@
 use super::*;
-use crate::tissue::radii::Measure;
+use crate::tissue::Measure;
 use glam::{DMat3, DVec2, Vec3Swizzles};
 use testkit::cloud::{filled_cube, lattice, patch, swept};
 
@@ -49,6 +49,10 @@ fn binding_again_only_what_loses_a_node_equals_binding_all_again() {
     assert!(4 * rebound < all, "{rebound} of {all} were sought again");
 }
 
+fn radii(tissue: &Tissue) -> Vec<f64> {
+    tissue.surfels.iter().map(|surfel| surfel.radius).collect()
+}
+
 /// A block of nodes with a few surfels far from a cut that ends inside it; what the last piece of the
 /// cut changed, and the radii before it.
 fn inner_cut(pieces: i32) -> (Tissue, CutChange, Vec<f64>) {
@@ -71,7 +75,7 @@ fn inner_cut(pieces: i32) -> (Tissue, CutChange, Vec<f64>) {
             let at = p.lerp(q, (0.52 - p.x) / (q.x - p.x));
             (p.x < 0.52) != (q.x < 0.52) && (0.2..top).contains(&at.y) && (0.2..0.8).contains(&at.z)
         };
-        before.clone_from(&tissue.surfels.radii);
+        before = radii(&tissue);
         let change = tissue.cut(&swept(edge(k), edge(k + 1)), &|_| true, &crosses);
         last = change.expect("finite");
     }
@@ -86,7 +90,7 @@ fn radii_computed_where_skin_grows_equal_those_of_all_of_it() {
     let skin: Vec<u32> = (2..count(tissue.surfels.len())).collect();
     let whole = tissue.skin_radii(&skin);
     for (&s, radius) in skin.iter().zip(&whole) {
-        let kept = tissue.surfels.radii[index(s)];
+        let kept = tissue.surfels[index(s)].radius;
         assert_eq!(kept.to_bits(), radius.to_bits(), "{s}: {kept} for {radius}");
     }
     let most = tissue.skin_radius();
@@ -96,7 +100,7 @@ fn radii_computed_where_skin_grows_equal_those_of_all_of_it() {
     let all = whole.len();
     assert!(6 * smaller > 5 * all, "{smaller} of {all}");
     // What no sample of the last piece lies near keeps its bits.
-    let at = |s: u32| tissue.surfels.positions[index(s)];
+    let at = |s: u32| tissue.surfels[index(s)].position;
     let reach = 3.0 * tissue.sampler.spacing();
     let old = count(before.len());
     let fresh = old..count(tissue.surfels.len());
@@ -105,7 +109,7 @@ fn radii_computed_where_skin_grows_equal_those_of_all_of_it() {
     assert!(far.len() > 500, "{}", far.len());
     for &s in &far {
         let i = index(s);
-        assert_eq!(before[i].to_bits(), tissue.surfels.radii[i].to_bits());
+        assert_eq!(before[i].to_bits(), tissue.surfels[i].radius.to_bits());
     }
     let resized = last.skin + 1..=all - far.len();
     assert!(resized.contains(&last.resized), "{last:?}");
@@ -122,12 +126,12 @@ fn what_a_piece_changes_is_reported() {
     for s in 0..count(after.surfels.len()) {
         let i = index(s);
         let numbers = |tissue: &Tissue| {
-            let (surfels, binding) = (&tissue.surfels, &tissue.binding);
-            let (nodes, weights) = binding.row(i);
-            let places = [surfels.positions[i], surfels.normals[i]];
+            let (nodes, weights) = tissue.binding.row(i);
+            let surfel = &tissue.surfels[i];
+            let places = [surfel.position, surfel.normal];
             let all = places.map(|x| x.to_array().map(f64::to_bits));
             let weights: Vec<_> = weights.iter().map(|w| w.to_bits()).collect();
-            (all, surfels.radii[i].to_bits(), nodes.to_vec(), weights)
+            (all, surfel.radius.to_bits(), nodes.to_vec(), weights)
         };
         let old = i < before.surfels.len();
         if old && numbers(&before) == numbers(&after) && before.clips[i] == after.clips[i] {
@@ -143,14 +147,13 @@ fn what_a_piece_changes_is_reported() {
 /// Points of the disks of skin that are drawn, by what is drawn of each.
 fn drawn(tissue: &Tissue) -> Vec<DVec3> {
     let mut out = Vec::new();
-    for i in 2..tissue.surfels.len() {
-        let (t0, t1) = Surfels::tangents(tissue.surfels.normals[i]);
-        let r = tissue.surfels.radii[i];
+    for (surfel, clip) in tissue.surfels.iter().zip(&tissue.clips).skip(2) {
+        let (t0, t1) = Surfel::tangents(surfel.normal);
+        let r = surfel.radius;
         for k in 0..400 {
             let q = DVec2::new(f64::from(k % 20) - 9.5, f64::from(k / 20) - 9.5) / 10.0;
-            let clip = tissue.clips[i].as_deref();
-            if q.length() < 1.0 && !clip.is_some_and(|c| c.hides(q * r)) {
-                out.push(tissue.surfels.positions[i] + (t0 * q.x + t1 * q.y) * r);
+            if q.length() < 1.0 && !clip.as_ref().is_some_and(|c| c.hides(q * r)) {
+                out.push(surfel.position + (t0 * q.x + t1 * q.y) * r);
             }
         }
     }
@@ -190,17 +193,18 @@ fn the_sides_of_a_cut_meet_where_it_ends() {
     let apart = |&p: &DVec3| p + DVec3::X * if p.x < 0.52 { -0.5 } else { 0.5 };
     let moved: Vec<DVec3> = tissue.rest_nodes.iter().map(apart).collect();
     let gradients = vec![DMat3::IDENTITY; moved.len()];
-    let mut splats = Splats::default();
+    let mut splats = Vec::new();
     tissue.carry_into(&moved, &gradients, &mut splats);
     let mut gaps: Vec<(f64, f64)> = Vec::new();
     for i in 2..tissue.surfels.len() {
-        let (p, n) = (tissue.surfels.positions[i], tissue.surfels.normals[i]);
-        let other = (2..tissue.surfels.len())
-            .find(|&j| tissue.surfels.positions[j] == p && tissue.surfels.normals[j] == -n);
-        let Some(j) = other else { continue };
+        let (p, n) = tissue.surfels[i].plane();
+        let mut others = 2..tissue.surfels.len();
+        let Some(j) = others.find(|&j| tissue.surfels[j].plane() == (p, -n)) else {
+            continue;
+        };
         let low = (p.y - 0.2).min(0.5 - p.y);
         let to_end = low.min(p.z - 0.2).min(0.8 - p.z);
-        gaps.push((to_end, splats.positions[i].distance(splats.positions[j])));
+        gaps.push((to_end, splats[i].position.distance(splats[j].position)));
     }
     let widest = |low: f64, high: f64| {
         let within = gaps.iter().filter(|g| (low..high).contains(&g.0));
@@ -234,7 +238,7 @@ fn disks_at_a_new_edge_become_small_and_those_inside_the_cut_large() {
         ..TissueSettings::default()
     };
     let mut tissue = Tissue::new(&x, &n, &a, &filled_cube(9, 5), &settings).expect("valid samples");
-    let before = tissue.surfels.radii.clone();
+    let before = radii(&tissue);
     let edge = |k: i32| wavy([0.05, -0.2], [0.12, -0.55], k);
     let inside = |p: DVec3| p.abs().max_element() < 0.5;
     let mut whole: Vec<[DVec3; 3]> = Vec::new();
@@ -246,7 +250,7 @@ fn disks_at_a_new_edge_become_small_and_those_inside_the_cut_large() {
         let change = tissue.cut(&new, &inside, &crosses).expect("finite");
         reported.extend(change.surfels);
     }
-    let at = |s: usize| tissue.surfels.positions[s];
+    let at = |s: usize| tissue.surfels[s].position;
     let way = |y: f64| 0.05 * (0.9 * (y + 0.55) / 0.12).sin() - 0.2;
     let mean = |radii: &[f64], keep: &dyn Fn(usize) -> bool| {
         let kept = (0..radii.len()).filter(|&s| keep(s));
@@ -254,12 +258,12 @@ fn disks_at_a_new_edge_become_small_and_those_inside_the_cut_large() {
         assert!(of.len() > 20, "{} disks", of.len());
         of.iter().sum::<f64>() / of.len() as f64
     };
-    let now = &tissue.surfels.radii;
+    let now = &radii(&tissue);
     let outer = tissue.outer_count;
     let within = |s: usize, near: f64| (at(s).x - way(at(s).y)).abs() < near;
     let at_rim = |s: usize| s < outer && within(s, 0.02);
     let (rim, old) = (mean(now, &at_rim), mean(&before, &at_rim));
-    let skin = |s: usize| s >= outer && tissue.surfels.normals[s].z.abs() < 0.9;
+    let skin = |s: usize| s >= outer && tissue.surfels[s].normal.z.abs() < 0.9;
     let middle = mean(now, &|s| skin(s) && at(s).z < 0.35);
     let edge = mean(now, &|s| skin(s) && at(s).z > 0.47);
     let between = |share: f64| least + share * (most - least);

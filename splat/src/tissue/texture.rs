@@ -1,8 +1,6 @@
 //! Procedural colour of tissue, defined in the volume: the inside of a cut is textured too.
 
-use crate::render::noise::{fractal_noise, gradient_noise};
-use crate::render::scene::Surface;
-use crate::render::surfels::Surfels;
+use crate::render::{Surface, Surfel, fractal_noise, gradient_noise};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
@@ -73,9 +71,9 @@ impl TissueTexture {
 
     /// Colours of all surfels.
     #[must_use]
-    pub fn colors(&self, surfels: &Surfels) -> Vec<Vec3> {
-        let all = surfels.positions.par_iter().zip(&surfels.materials);
-        all.map(|(&x, &m)| self.color(x, m)).collect()
+    pub fn colors(&self, surfels: &[Surfel]) -> Vec<Vec3> {
+        let color = |surfel: &Surfel| self.color(surfel.position, surfel.material);
+        surfels.par_iter().map(color).collect()
     }
 
     /// Optical properties for the two materials: a smooth wet capsule, a rougher wet inside.

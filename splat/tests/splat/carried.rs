@@ -1,7 +1,7 @@
 //! Surfels follow their nodes: exactly for affine maps, and only their own piece after a cut.
 
 use glam::{DAffine3, DMat3, DVec2, DVec3};
-use phyxel_splat::{Splats, Surfels, Tissue, TissueSettings, WeightLaw};
+use phyxel_splat::{Splat, Surfel, Tissue, TissueSettings, WeightLaw};
 use proptest::prelude::*;
 use testkit::cloud::{filled_cube, patch, swept};
 use testkit::strategies;
@@ -11,6 +11,13 @@ fn slab(settings: &TissueSettings) -> (Tissue, Vec<DVec3>) {
     let (x, n, a) = patch(30, 0.3, 7);
     let nodes = filled_cube(8, 3);
     (Tissue::new(&x, &n, &a, &nodes, settings).unwrap(), nodes)
+}
+
+/// The splats where nodes of one gradient carry them.
+fn carried(tissue: &Tissue, nodes: &[DVec3], gradient: DMat3) -> Vec<Splat> {
+    let mut splats = Vec::new();
+    tissue.carry_into(nodes, &vec![gradient; nodes.len()], &mut splats);
+    splats
 }
 
 proptest! {
@@ -29,14 +36,12 @@ proptest! {
         ] {
             let map = DAffine3::from_mat3_translation(f, shift);
             let moved: Vec<DVec3> = nodes.iter().map(|&p| map.transform_point3(p)).collect();
-            let mut splats = Splats::default();
-            tissue.carry_into(&moved, &vec![f; nodes.len()], &mut splats);
             let cofactor = f.inverse().transpose();
-            for (i, &rest) in tissue.surfels().positions.iter().enumerate() {
-                let x = splats.positions[i].distance(map.transform_point3(rest));
+            let splats = carried(&tissue, &moved, f);
+            for (i, (splat, rest)) in splats.iter().zip(tissue.surfels()).enumerate() {
+                let x = splat.position.distance(map.transform_point3(rest.position));
                 prop_assert!(x <= allowed * 10.0, "surfel {i} is off by {x:e}");
-                let n = (cofactor * tissue.surfels().normals[i]).normalize();
-                let e = splats.normals[i].distance(n);
+                let e = splat.normal.distance((cofactor * rest.normal).normalize());
                 prop_assert!(e <= allowed, "normal {i} is off by {e:e}");
             }
         }
@@ -60,19 +65,18 @@ fn each_surfel_follows_its_own_piece_after_a_through_cut() {
         .iter()
         .map(|&p| if p.x < 0.03 { p } else { p + shift })
         .collect();
-    let mut splats = Splats::default();
-    tissue.carry_into(&moved, &vec![DMat3::IDENTITY; nodes.len()], &mut splats);
-    for i in 0..tissue.surfels().len() {
+    let splats = carried(&tissue, &moved, DMat3::IDENTITY);
+    for (i, surfel) in tissue.surfels().iter().enumerate() {
         let row = tissue.binding().row(i);
         let sides: Vec<bool> = row.0.iter().map(|&k| nodes[k as usize].x < 0.03).collect();
         let one = sides.iter().all(|&s| s == sides[0]);
         assert!(one, "surfel {i} hangs on both pieces");
-        let rest = tissue.surfels().positions[i];
+        let rest = surfel.position;
         let expected = if sides[0] { rest } else { rest + shift };
-        let off = splats.positions[i].distance(expected);
+        let off = splats[i].position.distance(expected);
         assert!(off < 1e-12 * 1024.0, "surfel {i}");
         // Outer surfels that were not doubled lie on the side of their nodes.
-        let n = tissue.surfels().normals[i];
+        let n = surfel.normal;
         let faces_away = (n.x > 0.0) == sides[0];
         assert!(n.x.abs() <= 0.9 || faces_away, "skin {i} and its piece");
     }
@@ -111,16 +115,16 @@ fn skin_of_a_folded_cut_stays_in_the_body() {
             .cut(&swept(edge(k), edge(k + 1)), &inside, &|_, _| false)
             .unwrap();
     }
-    let surfels = tissue.surfels();
     let mut points = 0;
-    for i in tissue.outer_count()..surfels.len() {
-        let (t0, t1) = Surfels::tangents(surfels.normals[i]);
+    let all = tissue.surfels().iter().zip(tissue.clips()).enumerate();
+    for (i, (surfel, clip)) in all.skip(tissue.outer_count()) {
+        let (t0, t1) = Surfel::tangents(surfel.normal);
         // Doubles of the plane's own surfels lie in it.
-        if surfels.normals[i].z.abs() > 0.5 {
+        if surfel.normal.z.abs() > 0.5 {
             continue;
         }
         // An anchor beside a wall is moved off it by a twentieth of the largest radius at most.
-        if let Some(clip) = &tissue.clips()[i] {
+        if let Some(clip) = clip {
             let beyond = |(d, offset): &(DVec2, f64)| clip.anchor.dot(*d) - offset;
             let out = clip.edges.iter().map(beyond).fold(0.0, f64::max);
             let most = 0.05 * 1.3 / 30.0;
@@ -128,11 +132,9 @@ fn skin_of_a_folded_cut_stays_in_the_body() {
         }
         for k in 0..400 {
             let q = DVec2::new(f64::from(k % 20) - 9.5, f64::from(k / 20) - 9.5) / 10.0;
-            let hidden = tissue.clips()[i]
-                .as_ref()
-                .is_some_and(|clip| clip.hides(q * surfels.radii[i]));
+            let hidden = (clip.as_ref()).is_some_and(|clip| clip.hides(q * surfel.radius));
             if q.length() < 1.0 && !hidden {
-                let p = surfels.positions[i] + (t0 * q.x + t1 * q.y) * surfels.radii[i];
+                let p = surfel.position + (t0 * q.x + t1 * q.y) * surfel.radius;
                 // The plane's normals lean by up to 0.0043; its surfels lie up to 0.03 away.
                 assert!(p.z < 0.5 + 2e-4, "surfel {i} shows {p}");
                 points += 1;
@@ -150,9 +152,9 @@ fn bell_weights_are_those_of_equation_58() {
         ..TissueSettings::default()
     });
     let mut worst: f64 = 0.0;
-    for (i, &x) in tissue.surfels().positions.iter().enumerate() {
+    for (i, surfel) in tissue.surfels().iter().enumerate() {
         // Nodes are looked for from 0.02 of the surfels' spacing below the surface.
-        let eye = x - DVec3::Z * 0.02 / 30.0;
+        let eye = surfel.position - DVec3::Z * 0.02 / 30.0;
         let mut far: Vec<f64> = nodes.iter().map(|node| eye.distance(*node)).collect();
         far.sort_by(f64::total_cmp);
         let bells = far[..8].iter().map(|d| (-(d / far[7]).powi(2)).exp());

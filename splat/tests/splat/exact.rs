@@ -1,10 +1,10 @@
 //! Pictures against exact ones: no holes, true silhouettes, crisp rims; bitwise identical on any thread
 //! count.
-use crate::oracle::{Shape, box_distance, compare, ray, trace};
+use crate::oracle::{Samples, Shape, box_distance, compare, ray, trace};
 use glam::{DMat2, DMat3, DVec2, DVec3, Vec3};
 use phyxel_splat::{
-    Camera, DrawMode, DrawnMesh, Frame, Image, ImageCoat, Lens, RenderSettings, Renderer,
-    SplatView, Splats, Surfels, TexturePlace, Tissue, TissueSettings,
+    Camera, DrawMode, DrawnMesh, Frame, Image, ImageCoat, Lens, RenderSettings, Renderer, Splat,
+    SplatView, Surfel, TexturePlace, Tissue, TissueSettings,
 };
 use std::io::Cursor;
 use std::sync::Arc;
@@ -21,16 +21,15 @@ fn settings(mode: DrawMode, samples: u32) -> RenderSettings {
     }
 }
 
-fn draw(tissue: &Tissue, splats: &Splats, camera: &Camera, settings: RenderSettings) -> Frame {
-    let colors = vec![Vec3::splat(0.4); splats.positions.len()];
+fn draw(tissue: &Tissue, splats: &[Splat], camera: &Camera, settings: RenderSettings) -> Frame {
+    let colors = vec![Vec3::splat(0.4); splats.len()];
     Renderer::new(settings).draw(&tissue.view(splats, &colors), &[], camera)
 }
 
 /// A body that nothing carries.
-fn at_rest(shape: Shape, count: u32) -> (Tissue, Splats) {
-    let (x, n, a) = shape.samples(count);
+fn at_rest((x, n, a): Samples) -> (Tissue, Vec<Splat>) {
     let tissue = Tissue::new(&x, &n, &a, &[DVec3::ZERO], &TissueSettings::default()).unwrap();
-    let splats = Splats::at_rest(tissue.surfels());
+    let splats = tissue.surfels().iter().map(Surfel::at_rest).collect();
     (tissue, splats)
 }
 
@@ -54,7 +53,7 @@ fn image(file: &Frame) -> Arc<Image> {
 fn default_radii_leave_no_hole_and_no_stray() {
     let low = DVec3::splat(-1.0);
     for shape in Shape::ALL {
-        let (tissue, splats) = at_rest(shape, 5_000);
+        let (tissue, splats) = at_rest(shape.samples(5_000));
         for (i, camera) in cameras(low, -low).iter().enumerate() {
             let frame = draw(&tissue, &splats, camera, settings(DrawMode::ThreePass, 1));
             let d = compare(shape, camera, &frame);
@@ -74,7 +73,7 @@ fn errors_fall_as_surfels_become_more_than_pixels() {
     let camera = cameras(low, -low)[0];
     for shape in [Shape::Sphere, Shape::UnevenSphere, Shape::Torus] {
         let errors = [2_500, 10_000, 40_000].map(|count| {
-            let (tissue, splats) = at_rest(shape, count);
+            let (tissue, splats) = at_rest(shape.samples(count));
             let frame = draw(&tissue, &splats, &camera, settings(DrawMode::ThreePass, 1));
             let d = compare(shape, &camera, &frame);
             assert_eq!((d.holes, d.strays), (0, 0), "{shape:?}, {count}: {d:?}");
@@ -105,12 +104,12 @@ fn uneven_stretch_opens_no_hole() {
     };
     let positions: Vec<DVec3> = nodes.iter().map(|&p| moved(p)).collect();
     let gradients: Vec<DMat3> = nodes.iter().map(|&p| slope(p)).collect();
-    let mut splats = Splats::default();
+    let mut splats = Vec::new();
     tissue.carry_into(&positions, &gradients, &mut splats);
     let low = DVec3::splat(-0.45);
     let camera = Camera::framing_orthographic(low, -low, DVec3::NEG_Z, DVec3::Y, 4.0 / 3.0);
     // The middle of the frame shows the patch only.
-    let open = |splats: &Splats| {
+    let open = |splats: &[Splat]| {
         let frame = draw(&tissue, splats, &camera, settings(DrawMode::ThreePass, 1));
         (0..240 * 320)
             .filter(|k| (20..220).contains(&(k / 320)) && (60..260).contains(&(k % 320)))
@@ -119,14 +118,12 @@ fn uneven_stretch_opens_no_hole() {
     };
     assert_eq!(open(&splats), 0, "pixels without a splat");
     // Disks that follow the mean gradient alone, without the change of the weights, do open holes.
-    let surfels = tissue.surfels();
-    for i in 0..surfels.len() {
+    for (i, (surfel, splat)) in tissue.surfels().iter().zip(&mut splats).enumerate() {
         let (row, weights) = tissue.binding().row(i);
         let pairs = row.iter().zip(weights);
         let gradient: DMat3 = pairs.map(|(&node, &w)| gradients[node as usize] * w).sum();
-        let (u, v) = Surfels::tangents(surfels.normals[i]);
-        splats.axes_u[i] = gradient * u * surfels.radii[i];
-        splats.axes_v[i] = gradient * v * surfels.radii[i];
+        let tangents = <[DVec3; 2]>::from(Surfel::tangents(surfel.normal));
+        splat.axes = tangents.map(|t| gradient * t * surfel.radius);
     }
     assert!(open(&splats) > 0, "the waves must be hard to cover");
 }
@@ -139,7 +136,7 @@ fn an_image_lies_on_the_surface_by_place() {
     file.pixels = vec![red, green, blue, blue];
     let image = image(&file);
     assert_eq!(image.size(), (2, 2));
-    let (tissue, splats) = at_rest(Shape::Block, 600);
+    let (tissue, splats) = at_rest(Shape::Block.samples(600));
     let low = DVec3::splat(-0.8);
     // The face y = -0.6: x to the right, z up.
     let camera = Camera::framing_orthographic(low, -low, DVec3::Y, DVec3::Z, 4.0 / 3.0);
@@ -157,7 +154,7 @@ fn an_image_lies_on_the_surface_by_place() {
 }
 
 /// Two halves of a block, the right one moved by `gap`.
-fn opened_block(clip: bool, gap: f64) -> (Tissue, Splats) {
+fn opened_block(clip: bool, gap: f64) -> (Tissue, Vec<Splat>) {
     let at = 0.113;
     let (x, n, a) = Shape::Block.samples(6_000);
     let mut nodes = Vec::new();
@@ -185,7 +182,7 @@ fn opened_block(clip: bool, gap: f64) -> (Tissue, Splats) {
     }
     let shift = |p: &DVec3| if p.x < at { *p } else { *p + DVec3::X * gap };
     let moved: Vec<DVec3> = nodes.iter().map(shift).collect();
-    let mut splats = Splats::default();
+    let mut splats = Vec::new();
     tissue.carry_into(&moved, &vec![DMat3::IDENTITY; nodes.len()], &mut splats);
     (tissue, splats)
 }
@@ -270,7 +267,7 @@ fn same_bits_at_any_thread_count() {
         DVec3::new(0.4, 1.5, 0.6),
         0.08,
     )];
-    let colors = vec![Vec3::new(0.5, 0.2, 0.1); splats.positions.len()];
+    let colors = vec![Vec3::new(0.5, 0.2, 0.1); splats.len()];
     let modes = [
         DrawMode::ThreePass,
         DrawMode::Squares,
@@ -300,7 +297,7 @@ fn tools_hide_and_are_hidden() {
     let (tissue, splats) = opened_block(true, 0.0);
     let low = DVec3::splat(-1.0);
     let camera = Camera::framing_orthographic(low, -low, DVec3::NEG_Z, DVec3::Y, 4.0 / 3.0);
-    let colors = vec![Vec3::ZERO; splats.positions.len()];
+    let colors = vec![Vec3::ZERO; splats.len()];
     let mut renderer = Renderer::new(settings(DrawMode::ThreePass, 1));
     let view = tissue.view(&splats, &colors);
     let centre = 120 * 320 + 160;
@@ -323,10 +320,8 @@ fn gaps_show_the_inside() {
     let (mut x, _, mut a) = Shape::Sphere.samples(4_000);
     x.retain(|p| p.z <= 0.8);
     a.truncate(x.len());
-    let n = x.clone();
-    let tissue = Tissue::new(&x, &n, &a, &[DVec3::ZERO], &TissueSettings::default()).unwrap();
-    let splats = Splats::at_rest(tissue.surfels());
-    let colors = vec![Vec3::splat(0.4); splats.positions.len()];
+    let (tissue, splats) = at_rest((x.clone(), x.clone(), a));
+    let colors = vec![Vec3::splat(0.4); splats.len()];
     let half = DVec3::splat(x[0].length());
     let camera = Camera::framing(-half, half, DVec3::NEG_Z, DVec3::Y, 4.0 / 3.0);
     let mut renderer = Renderer::new(settings(DrawMode::ThreePass, 1));
@@ -355,56 +350,57 @@ fn gaps_show_the_inside() {
     assert!(filled > 5_000, "{filled} pixels were open");
 }
 
+/// A chequered image of 8 x 8 squares, red and green by turns, with a blue corner; which channel is strongest in a
+/// square.
+fn chequered() -> (Arc<Image>, fn(DVec2) -> usize) {
+    let strongest = |at: DVec2| {
+        let [x, y] = at.floor().to_array().map(|x| x.rem_euclid(8.0));
+        match (x + y).rem_euclid(2.0) {
+            _ if x < 2.0 && y < 2.0 => 2,
+            odd => usize::from(odd > 0.5),
+        }
+    };
+    let mut frame = Frame::blank(64, 64);
+    for (k, pixel) in (0_u32..).zip(&mut frame.pixels) {
+        let square = DVec2::new(f64::from(k % 64), f64::from(k / 64)) / 8.0;
+        *pixel = [0, 0, 0, 255];
+        pixel[strongest(square)] = 255;
+    }
+    (image(&frame), strongest)
+}
+
 /// An image that lies on splats by texture coordinates is seen per sample: squares finer than the splats come out where
 /// they belong, on a mirrored and turned map too; splats without a position keep their own colour.
 #[test]
 fn images_lie_where_texture_coordinates_say() {
     const SIDE: u32 = 24;
-    // A chequered image of 8 x 8 squares, red and green by turns, with a blue corner.
-    let mut frame = Frame::blank(64, 64);
-    for (k, pixel) in (0_u32..).zip(&mut frame.pixels) {
-        let (x, y) = (k % 64 / 8, k / 64 / 8);
-        *pixel = match (x + y) % 2 {
-            _ if x < 2 && y < 2 => [0, 0, 255, 255],
-            0 => [255, 0, 0, 255],
-            _ => [0, 255, 0, 255],
-        };
-    }
-    let image = image(&frame);
+    let (image, strongest) = chequered();
     let place = |k: u32| f64::from(k) / f64::from(SIDE - 1) - 0.5;
-    let x: Vec<DVec3> = (0..SIDE * SIDE)
-        .map(|k| DVec3::new(place(k % SIDE), place(k / SIDE), 0.0))
-        .collect();
-    let n = vec![DVec3::Z; x.len()];
-    let a = vec![f64::from(SIDE).powi(-2); x.len()];
-    let mut tissue = Tissue::new(&x, &n, &a, &[DVec3::ZERO], &TissueSettings::default()).unwrap();
+    let x = (0..SIDE * SIDE).map(|k| DVec3::new(place(k % SIDE), place(k / SIDE), 0.0));
+    let x: Vec<DVec3> = x.collect();
+    let areas = vec![f64::from(SIDE).powi(-2); x.len()];
+    let (mut tissue, splats) = at_rest((x.clone(), vec![DVec3::Z; x.len()], areas));
     let half = DVec3::new(0.4, 0.4, 0.0);
     let camera = Camera::framing_orthographic(-half, half, DVec3::NEG_Z, DVec3::Y, 4.0 / 3.0);
+    let settings = RenderSettings {
+        images: vec![image],
+        ..settings(DrawMode::ThreePass, 1)
+    };
     for map in [
         DMat2::from_cols(DVec2::new(0.9, 0.0), DVec2::new(0.0, -0.9)),
         DMat2::from_cols(DVec2::new(0.0, 0.7), DVec2::new(0.7, 0.0)),
         DMat2::from_angle(0.4) * 0.6,
     ] {
         let at = |p: DVec3| DVec2::splat(0.5) + map * p.truncate();
-        let (t0, t1) = Surfels::tangents(DVec3::Z);
-        let places = tissue.surfels().positions.iter().map(|&p| {
-            let along = [t0, t1].map(|t| (map * t.truncate()).as_vec2());
-            // A strip at the left has none.
-            (p.x > -0.3).then_some(TexturePlace {
-                image: 0,
-                at: at(p).as_vec2(),
-                along,
-            })
-        });
-        let places = places.collect();
-        tissue.set_places(places);
-        let splats = Splats::at_rest(tissue.surfels());
-        let colors = vec![Vec3::splat(0.5); splats.positions.len()];
-        let mut renderer = Renderer::new(RenderSettings {
-            images: vec![Arc::clone(&image)],
-            ..settings(DrawMode::ThreePass, 1)
-        });
-        let frame = renderer.draw(&tissue.view(&splats, &colors), &[], &camera);
+        let tangents = <[DVec3; 2]>::from(Surfel::tangents(DVec3::Z));
+        let place = |&p: &DVec3| TexturePlace {
+            image: 0,
+            at: at(p).as_vec2(),
+            along: tangents.map(|t| (map * t.truncate()).as_vec2()),
+        };
+        // A strip at the left has none.
+        tissue.set_places(x.iter().map(|p| (p.x > -0.3).then(|| place(p))).collect());
+        let frame = draw(&tissue, &splats, &camera, settings.clone());
         let (w, h) = (f64::from(frame.width), f64::from(frame.height));
         let Lens::Orthographic { height } = camera.lens else {
             panic!("it is orthographic");
@@ -414,27 +410,20 @@ fn images_lie_where_texture_coordinates_say() {
             let (px, py) = (f64::from(k % frame.width), f64::from(k / frame.width));
             let p = DVec3::new(px + 0.5 - 0.5 * w, 0.5 * h - py - 0.5, 0.0) * (height / h);
             let [r, g, b, _] = pixel.map(u32::from);
+            // Away from the borders of squares and of the strip.
+            let at = at(p) * 8.0;
+            let inner = (at - at.floor() - 0.5).abs().max_element() < 0.35;
             if p.x.abs().max(p.y.abs()) > 0.38 {
                 continue;
             }
             if p.x < -0.35 {
                 gray += u32::from(r.abs_diff(g).max(g.abs_diff(b)) < 40);
-                continue;
+            } else if p.x >= -0.25 && inner {
+                let mut channels = [r, g, b];
+                channels.swap(0, strongest(at));
+                seen += 1;
+                right += u32::from(channels[0] > 2 * channels[1].max(channels[2]));
             }
-            // Away from the borders of squares and of the strip.
-            let at = at(p) * 8.0;
-            let inner = (at - at.floor() - 0.5).abs().max_element() < 0.35;
-            if p.x < -0.25 || !inner {
-                continue;
-            }
-            let [x, y] = at.floor().to_array().map(|x| x.rem_euclid(8.0));
-            let expected = match (x + y).rem_euclid(2.0) {
-                _ if x < 2.0 && y < 2.0 => b > 2 * r.max(g),
-                odd if odd < 0.5 => r > 2 * g.max(b),
-                _ => g > 2 * r.max(b),
-            };
-            seen += 1;
-            right += u32::from(expected);
         }
         assert!(seen > 5_000 && gray > 200, "{seen} pixels, {gray} grey");
         assert_eq!(right, seen, "pixels that show their square");

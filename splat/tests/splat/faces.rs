@@ -3,8 +3,8 @@
 use crate::oracle::Shape;
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use phyxel_splat::{
-    Background, CAPSULE, Camera, Frame, Lighting, RenderSettings, Renderer, SplatView, Splats,
-    Surface, Surfels, Tissue, TissueSettings,
+    Background, CAPSULE, Camera, Frame, Lighting, RenderSettings, Renderer, Splat, SplatView,
+    Surface, Surfel, Tissue, TissueSettings,
 };
 use testkit::cloud::{lattice, swept};
 
@@ -27,7 +27,7 @@ fn opened(p: DVec3) -> DVec3 {
 }
 
 /// A ball cut from above in strips, opened.
-fn wound() -> (Tissue, Splats) {
+fn wound() -> (Tissue, Vec<Splat>) {
     let (x, n, a) = Shape::Sphere.samples(6_000);
     let step = 0.15;
     let mut nodes = lattice([15; 3], 1.0, 0.0, 1);
@@ -56,7 +56,7 @@ fn wound() -> (Tissue, Splats) {
         .iter()
         .map(|&p| DMat3::from_cols(slope(p, DVec3::X), slope(p, DVec3::Y), slope(p, DVec3::Z)))
         .collect();
-    let mut splats = Splats::default();
+    let mut splats = Vec::new();
     tissue.carry_into(&moved, &gradients, &mut splats);
     (tissue, splats)
 }
@@ -83,10 +83,9 @@ fn seen(frame: &Frame, k: usize) -> Seen {
 #[test]
 fn faces_of_a_wound_are_whole_from_all_around() {
     let (tissue, splats) = wound();
-    let materials = tissue.surfels().materials.iter();
-    let colors: Vec<Vec3> = materials
-        .map(|&m| if m == CAPSULE { Vec3::Z } else { Vec3::X })
-        .collect();
+    let is_outer = |surfel: &Surfel| surfel.material == CAPSULE;
+    let color = |surfel| if is_outer(surfel) { Vec3::Z } else { Vec3::X };
+    let colors: Vec<Vec3> = tissue.surfels().iter().map(color).collect();
     let view = SplatView {
         inside: Some(Vec3::Y),
         ..tissue.view(&splats, &colors)
@@ -95,6 +94,7 @@ fn faces_of_a_wound_are_whole_from_all_around() {
         specular: 0.0,
         ..Surface::default()
     };
+    let [top, bottom] = [Vec3::ZERO; 2];
     let mut renderer = Renderer::new(RenderSettings {
         width: SIDE,
         height: SIDE,
@@ -105,10 +105,7 @@ fn faces_of_a_wound_are_whole_from_all_around() {
             sky: Vec3::ONE,
             ground: Vec3::ONE,
         },
-        background: Background {
-            top: Vec3::ZERO,
-            bottom: Vec3::ZERO,
-        },
+        background: Background { top, bottom },
         ..RenderSettings::default()
     });
     let (mut skin, mut specks) = (0, Vec::new());
@@ -145,13 +142,12 @@ fn faces_of_a_wound_are_whole_from_all_around() {
 }
 
 /// The point of a surfel's disk at `q` (m) in its tangents, at rest and where its nodes carry it.
-fn on_disk(tissue: &Tissue, splats: &Splats, i: usize, q: DVec2) -> [DVec3; 2] {
-    let surfels = tissue.surfels();
-    let (t0, t1) = Surfels::tangents(surfels.normals[i]);
-    let unit = q / surfels.radii[i];
+fn on_disk(surfel: &Surfel, splat: &Splat, q: DVec2) -> [DVec3; 2] {
+    let (t0, t1) = Surfel::tangents(surfel.normal);
+    let unit = q / surfel.radius;
     [
-        surfels.positions[i] + t0 * q.x + t1 * q.y,
-        splats.positions[i] + splats.axes_u[i] * unit.x + splats.axes_v[i] * unit.y,
+        surfel.position + t0 * q.x + t1 * q.y,
+        splat.position + splat.axes[0] * unit.x + splat.axes[1] * unit.y,
     ]
 }
 
@@ -160,30 +156,31 @@ fn on_disk(tissue: &Tissue, splats: &Splats, i: usize, q: DVec2) -> [DVec3; 2] {
 #[test]
 fn skin_and_surface_stay_together_along_the_rim() {
     let (tissue, splats) = wound();
-    let surfels = tissue.surfels();
     let spacing = (4.0 * std::f64::consts::PI / 6_000.0_f64).sqrt();
-    let outer = |j: &usize| surfels.materials[*j] == CAPSULE;
+    let all = tissue.surfels().iter().zip(&splats).zip(tissue.clips());
+    let is_outer = |((surfel, _), _): &((&Surfel, _), _)| surfel.material == CAPSULE;
+    let (outer, skin): (Vec<_>, Vec<_>) = all.partition(is_outer);
     let mut apart = Vec::new();
-    for i in (0..surfels.len()).filter(|i| !outer(i)) {
-        let Some(clip) = &tissue.clips()[i] else {
+    for ((surfel, splat), clip) in skin {
+        let Some(clip) = clip else {
             continue;
         };
-        let behind = depth(surfels.positions[i].y, surfels.positions[i].z);
+        let behind = depth(surfel.position.y, surfel.position.z);
         for &(direction, offset) in &clip.edges {
             let q = direction * offset;
-            if q.length() > surfels.radii[i] || behind < 0.0 {
+            if q.length() > surfel.radius || behind < 0.0 {
                 continue;
             }
-            let [rest, moved] = on_disk(&tissue, &splats, i, q);
-            let rest = rest - surfels.normals[i] * (0.05 * spacing);
+            let [rest, moved] = on_disk(surfel, splat, q);
+            let rest = rest - surfel.normal * (0.05 * spacing);
             // The disks of the surface that show this point, on the same side of the cut.
-            let gap = (0..surfels.len()).filter(outer).filter_map(|j| {
-                let (t0, t1) = Surfels::tangents(surfels.normals[j]);
-                let arm = rest - surfels.positions[j];
+            let gap = outer.iter().filter_map(|((surfel, splat), clip)| {
+                let (t0, t1) = Surfel::tangents(surfel.normal);
+                let arm = rest - surfel.position;
                 let at = DVec2::new(arm.dot(t0), arm.dot(t1));
-                let clip = tissue.clips()[j].as_ref();
-                let shown = arm.length() < surfels.radii[j] && !clip.is_some_and(|c| c.hides(at));
-                shown.then(|| on_disk(&tissue, &splats, j, at)[1].distance(moved))
+                let hidden = clip.as_ref().is_some_and(|c| c.hides(at));
+                let shown = arm.length() < surfel.radius && !hidden;
+                shown.then(|| on_disk(surfel, splat, at)[1].distance(moved))
             });
             let gap = gap.fold(f64::INFINITY, f64::min) / spacing;
             if gap.is_finite() {

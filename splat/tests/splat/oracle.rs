@@ -117,14 +117,13 @@ impl Shape {
                 let area = 8.0 * (HALF.x * HALF.y + HALF.y * HALF.z + HALF.z * HALF.x);
                 let spacing = (area / f64::from(n)).sqrt();
                 let count = |w: f64| (2.0 * w / spacing).round().max(1.0) as i32;
+                let unit = |k: i32, n: i32| 2.0 * (f64::from(k) + 0.5) / f64::from(n) - 1.0;
                 for axis in 0..3 {
                     let (p, q) = ((axis + 1) % 3, (axis + 2) % 3);
                     let (np, nq) = (count(HALF[p]), count(HALF[q]));
                     for sign in [-1.0, 1.0] {
                         for k in 0..np * nq {
                             let mut x = DVec3::ZERO;
-                            let unit =
-                                |k: i32, n: i32| 2.0 * (f64::from(k) + 0.5) / f64::from(n) - 1.0;
                             x[axis] = HALF[axis] * sign;
                             x[p] = HALF[p] * unit(k % np, np);
                             x[q] = HALF[q] * unit(k / np, nq);

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use glam::{DVec3, Vec3};
-use phyxel_splat::{Camera, RenderSettings, Renderer, SplatView, Splats, Surfels};
+use phyxel_splat::{Camera, RenderSettings, Renderer, Splat, SplatView, Surfel};
 
 use super::speed;
 use crate::report::{Table, median_time, row};
@@ -18,8 +18,8 @@ pub(crate) fn table(effort: Effort) -> Result<Table, StudyError> {
     let count = effort.choose(100_000, 10_000);
     let (_, ball, _) = speed::ball(count);
     let start = Instant::now();
-    let surfels = Surfels::covering(&ball, &ball)?;
-    let splats = Splats::at_rest(&surfels);
+    let surfels = Surfel::covering(&ball, &ball)?;
+    let splats: Vec<Splat> = surfels.iter().map(Surfel::at_rest).collect();
     let colors = vec![Vec3::new(0.5, 0.1, 0.08); ball.len()];
     let view = SplatView::new(&splats, &surfels, &colors);
     let eye = DVec3::NEG_Y * AWAY;

@@ -4,7 +4,9 @@ use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
 use phyxel_discretize::{Bounds, Primitive, Solid, SurfaceSamples, sample_surfels, surface_mesh};
-use phyxel_splat::{Camera, Lens, Measure, RadiusRule, RenderSettings, Renderer, Splats, Tissue};
+use phyxel_splat::{
+    Camera, Lens, Measure, RadiusRule, RenderSettings, Renderer, Splat, Surfel, Tissue,
+};
 use rayon::prelude::*;
 use testkit::picture::{Difference, Hit, RIM, compare};
 
@@ -79,8 +81,8 @@ impl Exact {
         camera: &Camera,
         times: usize,
     ) -> (Difference, f64) {
-        let splats = Splats::at_rest(tissue.surfels());
-        let colors = vec![Vec3::splat(0.5); tissue.surfels().len()];
+        let splats: Vec<Splat> = tissue.surfels().iter().map(Surfel::at_rest).collect();
+        let colors = vec![Vec3::splat(0.5); splats.len()];
         let mut renderer = Renderer::new(RenderSettings {
             width: self.width,
             height: self.height,
@@ -131,15 +133,16 @@ fn standing_out(tissue: &Tissue, area: f64, camera: &Camera, height: u32) -> [f6
     let surfels = tissue.surfels();
     let least = (2.0 * area / (27.0_f64.sqrt() * surfels.len().max(1) as f64)).sqrt();
     let mut most = [0.0_f64; 2];
-    for (i, shape) in surfels.shapes.iter().enumerate() {
+    for surfel in surfels {
+        let shape = surfel.shape;
         let curvature = 0.5 * (shape.x + shape.z) + (0.5 * (shape.x - shape.z)).hypot(shape.y);
         if curvature <= 0.0 {
             continue;
         }
         let round = 1.0 / curvature;
-        let away = (surfels.positions[i] - camera.eye).dot(camera.forward);
+        let away = (surfel.position - camera.eye).dot(camera.forward);
         let per_metre = focal(camera) * f64::from(height) / away;
-        for (most, radius) in most.iter_mut().zip([surfels.radii[i], least]) {
+        for (most, radius) in most.iter_mut().zip([surfel.radius, least]) {
             *most = most.max((round.hypot(radius) - round) * per_metre);
         }
     }
@@ -195,7 +198,8 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
                 let tissue = at_rest(&surfels, radius)?;
                 let (found, seconds) = exact.drawn(&tissue, &camera, PICTURES);
                 let [drawn, least] = standing_out(&tissue, area, &camera, height);
-                let disks: f64 = tissue.surfels().radii.iter().map(|r| PI * r * r).sum();
+                let disks = tissue.surfels().iter().map(|s| PI * s.radius * s.radius);
+                let disks: f64 = disks.sum();
                 rows.push(row![
                     body,
                     rule,

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 use phyxel_splat::{
-    Camera, RenderSettings, Renderer, Splats, Tissue, TissueSettings, TissueTexture, covering_radii,
+    Camera, RenderSettings, Renderer, Tissue, TissueSettings, TissueTexture, covering_radii,
 };
 
 use crate::report::{Table, median_time, row};
@@ -46,7 +46,7 @@ pub(crate) fn table(effort: Effort) -> Result<Table, StudyError> {
         let settings = TissueSettings::default();
         let (tissue, set_up) = median_time(1, || Tissue::new(&x, &n, &areas, &nodes, &settings));
         let tissue = tissue?;
-        let mut splats = Splats::default();
+        let mut splats = Vec::new();
         tissue.carry_into(&moved, &gradients, &mut splats);
         let ((), carry) = median_time(times, || tissue.carry_into(&moved, &gradients, &mut splats));
         let colors = texture.colors(tissue.surfels());

@@ -19,11 +19,11 @@ pub fn read_point_cloud(path: impl AsRef<Path>) -> Result<SurfaceSamples, ReadEr
 }
 
 fn parse_cloud(bytes: &[u8]) -> Result<SurfaceSamples, ReadError> {
-    let text = checked(bytes)?;
+    let bytes = checked(bytes)?;
     if bytes.starts_with(b"ply") {
         return ply_cloud(bytes);
     }
-    let mut text = Text::new(text);
+    let mut text = Text::new(bytes);
     let mut surfels = SurfaceSamples::default();
     while let Some(mut words) = text.line() {
         let place = words.place();

@@ -74,7 +74,7 @@ impl Source<'_> {
                 return Err(unsupported(what, "save with 8 bytes or as text", place));
             }
             let place = self.text.place();
-            self.text.order = self.text.order.or(Some(Order::Little));
+            self.text.order = Some(Order::Little);
             self.text.order = Some(match self.int("the number 1")? {
                 1 => Order::Little,
                 0x0100_0000 => Order::Big,

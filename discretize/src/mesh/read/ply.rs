@@ -6,18 +6,8 @@ use super::text::{Order, Scalar, Text, unexpected};
 use super::{Raw, ReadError, ReadErrorKind, TextPlace, is_padding, nothing, point, vertex_index};
 
 fn scalar(word: &[u8]) -> Option<Scalar> {
-    const NAMES: [&str; 10] = [
-        "char int8",
-        "uchar uint8",
-        "short int16",
-        "ushort uint16",
-        "int int32",
-        "uint uint32",
-        "",
-        "",
-        "float float32",
-        "double float64",
-    ];
+    const NAMES: &str = "char int8|uchar uint8|short int16|ushort uint16|int int32|uint uint32|||\
+                         float float32|double float64";
     Scalar::named(word, NAMES)
 }
 

@@ -30,23 +30,15 @@ pub(super) enum Scalar {
 }
 
 impl Scalar {
-    /// The type of a name: `names` has those of all types in their order, several words for one.
-    pub(super) fn named(word: &[u8], names: [&str; 10]) -> Option<Self> {
-        let all = [
-            Self::I8,
-            Self::U8,
-            Self::I16,
-            Self::U16,
-            Self::I32,
-            Self::U32,
-            Self::I64,
-            Self::U64,
-            Self::F32,
-            Self::F64,
-        ];
-        let is = |names: &&str| names.split(' ').any(|name| name.as_bytes() == word);
-        let known = names.iter().position(is).map(|k| all[k]);
-        known.filter(|_| !word.is_empty())
+    /// The type of a name: `names` has those of all types in their order with bars between them, several words for one.
+    pub(super) fn named(word: &[u8], names: &str) -> Option<Self> {
+        use Scalar::{F32, F64, I8, I16, I32, I64, U8, U16, U32, U64};
+        let mut all = names
+            .split('|')
+            .zip([I8, U8, I16, U16, I32, U32, I64, U64, F32, F64]);
+        let is = |names: &str| names.split(' ').any(|name| name.as_bytes() == word);
+        let known = all.find(|(names, _)| !word.is_empty() && is(names))?;
+        Some(known.1)
     }
 
     pub(super) fn size(self) -> usize {

@@ -1,6 +1,6 @@
 //! VTK legacy files: polydata and unstructured grids, text and binary.
 
-use super::text::{Order, Scalar, Text, unexpected, unexpected_number};
+use super::text::{Order, Scalar, Text, Words, unexpected, unexpected_number};
 use super::{Raw, ReadError, TextPlace, out_of_range, point, vertex_index};
 
 /// VTK's cell types.
@@ -31,31 +31,12 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, ReadError> {
         match keyword.as_slice() {
             b"DATASET" => {
                 let kind = words.next().unwrap_or_default();
-                if !kind.eq_ignore_ascii_case(b"POLYDATA")
-                    && !kind.eq_ignore_ascii_case(b"UNSTRUCTURED_GRID")
-                {
+                let known: [&[u8]; 2] = [b"POLYDATA", b"UNSTRUCTURED_GRID"];
+                if !known.iter().any(|k| kind.eq_ignore_ascii_case(k)) {
                     return Err(unexpected("POLYDATA or UNSTRUCTURED_GRID", kind, place));
                 }
             }
-            b"POINTS" => {
-                let count = words.integer("a number of points")?;
-                let name = words.next().unwrap_or_default();
-                let count = checked(&text, count, "points", 3, place)?;
-                let kind = kind_of(&text, name, count)?;
-                if !kind.is_float() {
-                    return Err(unexpected("float or double", name, text.place()));
-                }
-                raw.vertices.reserve(count);
-                let expected = text.order.map_or("a number", |_| "a value");
-                for _ in 0..count {
-                    let at = text.place();
-                    let mut xyz = [0.0; 3];
-                    for x in &mut xyz {
-                        *x = text.number(kind, expected)?;
-                    }
-                    raw.vertices.push(point(xyz, at)?);
-                }
-            }
+            b"POINTS" => points(&mut text, words, &mut raw)?,
             b"POLYGONS" | b"TRIANGLE_STRIPS" | b"CELLS" | b"LINES" | b"VERTICES" => {
                 let count = words.integer("a number of cells")?;
                 let size = words.integer("a number of values")?;
@@ -76,8 +57,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, ReadError> {
             }
             b"FIELD" => {
                 words.next();
-                let arrays = words.integer("a number of arrays")?;
-                skip_field(&mut text, arrays, place)?;
+                skip_field(&mut text, words.integer("a number of arrays")?, place)?;
             }
             b"METADATA" => while text.line().is_some_and(|mut w| w.next().is_some()) {},
             b"POINT_DATA" | b"CELL_DATA" => break,
@@ -87,9 +67,30 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, ReadError> {
     if cells.len() != types.len() {
         return Err(text.truncated("a type for every cell"));
     }
-    let place = TextPlace::File;
-    add(&mut raw, types.into_iter().zip(&cells), place)?;
+    add(&mut raw, types.into_iter().zip(&cells), TextPlace::File)?;
     Ok(raw)
+}
+
+fn points(text: &mut Text<'_>, mut words: Words<'_>, raw: &mut Raw) -> Result<(), ReadError> {
+    let place = words.place();
+    let count = words.integer("a number of points")?;
+    let name = words.next().unwrap_or_default();
+    let count = checked(text, count, "points", 3, place)?;
+    let kind = kind_of(text, name, count)?;
+    if !kind.is_float() {
+        return Err(unexpected("float or double", name, text.place()));
+    }
+    raw.vertices.reserve(count);
+    let expected = text.order.map_or("a number", |_| "a value");
+    for _ in 0..count {
+        let at = text.place();
+        let mut xyz = [0.0; 3];
+        for x in &mut xyz {
+            *x = text.number(kind, expected)?;
+        }
+        raw.vertices.push(point(xyz, at)?);
+    }
+    Ok(())
 }
 
 /// Vertices and lines, with their quadratic ones.
@@ -132,18 +133,8 @@ pub(super) fn add<'a>(
 }
 
 fn scalar(kind: &[u8], place: TextPlace) -> Result<Scalar, ReadError> {
-    const NAMES: [&str; 10] = [
-        "char",
-        "unsigned_char",
-        "short",
-        "unsigned_short",
-        "int",
-        "unsigned_int",
-        "long vtktypeint64 vtkidtype",
-        "unsigned_long",
-        "float",
-        "double",
-    ];
+    const NAMES: &str = "char|unsigned_char|short|unsigned_short|int|unsigned_int|\
+                         long vtktypeint64 vtkidtype|unsigned_long|float|double";
     let known = Scalar::named(&kind.to_ascii_lowercase(), NAMES);
     known.ok_or_else(|| unexpected("a VTK type", kind, place))
 }

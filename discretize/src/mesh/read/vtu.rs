@@ -9,9 +9,7 @@ use super::{Raw, ReadError, TextPlace, out_of_range, point, truncated, unsupport
 /// Most bytes that a byte of zlib data can become (a deflate block of one repeated match).
 const LARGEST_RATIO: usize = 1100;
 /// Types of arrays.
-const NAMES: [&str; 10] = [
-    "Int8", "UInt8", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64", "Float32", "Float64",
-];
+const NAMES: &str = "Int8|UInt8|Int16|UInt16|Int32|UInt32|Int64|UInt64|Float32|Float64";
 
 /// An opening tag with its attributes.
 struct Tag<'a> {

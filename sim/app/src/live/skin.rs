@@ -86,12 +86,12 @@ impl Known {
         let each = surfel_numbers(stride);
         // Positions and materials never change: only new ones have no colour yet.
         let surfels = tissue.surfels();
-        for surfel in self.colors.len()..surfels.len() {
-            let (position, material) = (surfels.positions[surfel], surfels.materials[surfel]);
-            self.colors.push(skin.texture.color(position, material));
+        for surfel in &surfels[self.colors.len()..] {
+            let color = skin.texture.color(surfel.position, surfel.material);
+            self.colors.push(color);
         }
-        self.numbers.resize(each * tissue.surfels().len(), f32::NAN);
-        self.clips.resize(tissue.surfels().len(), None);
+        self.numbers.resize(each * surfels.len(), f32::NAN);
+        self.clips.resize(surfels.len(), None);
         let mut touched: Vec<usize> = touched.iter().map(|&surfel| surfel as usize).collect();
         touched.sort_unstable();
         touched.dedup();
@@ -120,17 +120,17 @@ impl Known {
 }
 
 fn put(numbers: &mut Vec<f32>, tissue: &Tissue, surfel: usize, color: Vec3) {
-    let (surfels, binding) = (tissue.surfels(), tissue.binding());
+    let (disk, binding) = (&tissue.surfels()[surfel], tissue.binding());
     let (nodes, weights) = binding.row(surfel);
     put_surfel(
         numbers,
         &Surfel {
-            position: surfels.positions[surfel],
-            radius: surfels.radii[surfel],
-            normal: surfels.normals[surfel],
+            position: disk.position,
+            radius: disk.radius,
+            normal: disk.normal,
             // A body of its own has the two of `phyxel_splat`: capsule and parenchyma.
-            material: u8::from(surfels.materials[surfel] != CAPSULE),
-            shape: surfels.shapes[surfel],
+            material: u8::from(disk.material != CAPSULE),
+            shape: disk.shape,
             color,
             nodes,
             weights,

@@ -34,13 +34,13 @@ pub(super) fn colors(
             .collect(),
         _ => Vec::new(),
     };
-    let moved = |i: usize| splats.positions[i].distance(surfels.positions[i]);
+    let moved = |i: usize| splats[i].position.distance(surfels[i].position);
     let colors = (0..surfels.len()).into_par_iter().map(|i| {
         scale.color(match coloring {
             Coloring::Tissue => f64::NAN,
             Coloring::Displacement { .. } => 1e3 * moved(i),
             Coloring::Stress { .. } => 1e-3 * skin.tissue.binding().mean(i, &stress),
-            Coloring::Curvature { .. } => splats.mean_curvature(i),
+            Coloring::Curvature { .. } => splats[i].mean_curvature(),
         })
     });
     colors.collect()

@@ -50,9 +50,10 @@ pub(super) fn meshes(show: Show, body: &Body, skin: &DrawnTissue) -> Vec<DrawnMe
         }
         Show::Lattice => lattices(body),
         Show::Normals { length } => {
-            let (splats, mut lines) = (skin.splats(), Markers::default());
-            for (&from, normal) in splats.positions.iter().zip(&splats.normals) {
-                lines.line(from, from + length * *normal, 0.03 * length);
+            let mut lines = Markers::default();
+            for splat in skin.splats() {
+                let to = splat.position + length * splat.normal;
+                lines.line(splat.position, to, 0.03 * length);
             }
             vec![lines.colored(GREEN)]
         }
@@ -134,7 +135,7 @@ fn drawn_pairs(
 /// A surfel and, as lines as thick as their weights, the nodes that carry it, among all of the body; nothing where there
 /// is no such surfel.
 fn drawn_binding(body: &Body, skin: &DrawnTissue, surfel: usize) -> Vec<DrawnMesh> {
-    let Some(&place) = skin.splats().positions.get(surfel) else {
+    let Some(splat) = skin.splats().get(surfel) else {
         return Vec::new();
     };
     let nodes = &body.smoothed_positions();
@@ -146,11 +147,11 @@ fn drawn_binding(body: &Body, skin: &DrawnTissue, surfel: usize) -> Vec<DrawnMes
             let to = nodes[node as usize];
             marks.point(to, mark);
             // As thick as its weight, 1 if one node carries it alone.
-            lines.line(place, to, 8.0 * line * weight);
+            lines.line(splat.position, to, 8.0 * line * weight);
         }
     }
     let mut own = Markers::default();
-    own.point(place, 1.5 * mark);
+    own.point(splat.position, 1.5 * mark);
     vec![
         marks.colored(RED),
         lines.colored(BLUE),

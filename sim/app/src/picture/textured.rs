@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3, Vec2};
 use phyxel_discretize::{Hierarchy, Mesh};
-use phyxel_splat::{DrawnTissue, Surfels, TexturePlace};
+use phyxel_splat::{DrawnTissue, Surfel, TexturePlace};
 use rayon::prelude::*;
 use tobj::LoadOptions;
 
@@ -28,11 +28,12 @@ pub(super) fn lay(placed: &Body, skin: &mut DrawnTissue) -> Result<(), SkinProbl
     let images = images.map(|name| image_of(&folder.join(name)).map(Arc::new));
     let images = images.collect::<Result<Vec<_>, _>>()?;
     let hierarchy = Hierarchy::new(&textured.mesh);
-    let surfels = skin.tissue.surfels();
-    let samples = surfels.positions.par_iter().zip(&surfels.normals);
-    let places: Vec<Option<TexturePlace>> = samples
-        .map(|(&x, &normal)| textured.place(&hierarchy, x, Surfels::tangents(normal).into()))
-        .collect();
+    let place = |surfel: &Surfel| {
+        let tangents = Surfel::tangents(surfel.normal).into();
+        textured.place(&hierarchy, surfel.position, tangents)
+    };
+    let surfels = skin.tissue.surfels().par_iter();
+    let places: Vec<Option<TexturePlace>> = surfels.map(place).collect();
     skin.lay(images, places);
     Ok(())
 }

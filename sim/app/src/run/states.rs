@@ -140,10 +140,11 @@ fn write(
         keep(format!("{}.vtk", name(body)), &state)?;
         if let Some(painter) = &painter {
             let skin = &painter.skins()[index];
+            let (splats, surfels) = (skin.splats().iter(), skin.tissue.surfels().iter());
             let surfels = SurfaceSamples {
-                positions: skin.splats().positions.clone(),
-                normals: skin.splats().normals.clone(),
-                areas: skin.tissue.surfels().areas.clone(),
+                positions: splats.clone().map(|splat| splat.position).collect(),
+                normals: splats.map(|splat| splat.normal).collect(),
+                areas: surfels.map(|surfel| surfel.area).collect(),
             };
             keep(format!("{}.ply", name(body)), &ply_surfels(&surfels))?;
         }

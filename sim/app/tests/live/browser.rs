@@ -75,16 +75,16 @@ fn compare_places(browser: &mut Chromium, scene: &Scene) {
     let (painter, world) = session.drawing();
     painter.carry(world);
     let splats = painter.skins()[0].splats();
-    let (places, normals) = (&splats.positions, &splats.normals);
-    assert_eq!(centers.len(), 4 * places.len());
+    assert_eq!(centers.len(), 4 * splats.len());
     let point = |numbers: &[f64], k: usize| glam::DVec3::from_slice(&numbers[4 * k..]);
     let (mut worst, mut turned) = (0.0, 1.0);
-    for (k, (place, normal)) in places.iter().zip(normals).enumerate() {
-        worst = f64::max(worst, point(&centers, k).distance(*place));
-        turned = f64::min(turned, point(&facing, k).dot(*normal));
+    for (k, splat) in splats.iter().enumerate() {
+        worst = f64::max(worst, point(&centers, k).distance(splat.position));
+        turned = f64::min(turned, point(&facing, k).dot(splat.normal));
     }
     let picked = [0, 1, 2].map(|k| picked[k].as_f64().unwrap());
-    worst = f64::max(worst, glam::DVec3::from_array(picked).distance(places[77]));
+    let off = glam::DVec3::from_array(picked).distance(splats[77].position);
+    worst = f64::max(worst, off);
     eprintln!(
         "carried places: largest difference {:.1e} of the body",
         worst / size

@@ -264,7 +264,10 @@ fn strokes_are_undone_one_by_one() {
     let (mut before, mut after) = (Vec::new(), Vec::new());
     let state = |session: &Session| {
         let surfels = session.painter().skins()[0].tissue.surfels();
-        let surfels: Vec<_> = surfels.positions.iter().map(bits).collect();
+        let surfels: Vec<_> = surfels
+            .iter()
+            .map(|surfel| bits(&surfel.position))
+            .collect();
         let (steps, severed) = (session.world().steps(), session.severed_pairs());
         (
             steps,

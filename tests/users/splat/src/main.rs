@@ -1,7 +1,7 @@
 //! Points and normals to a lit picture.
 
 use phyxel_splat::glam::{DVec3, Vec3};
-use phyxel_splat::{Camera, RenderSettings, Renderer, SplatView, Splats, Surfels};
+use phyxel_splat::{Camera, RenderSettings, Renderer, Splat, SplatView, Surfel};
 
 /// Points along a spiral on a ball, whose normals they are too.
 fn ball(count: i32) -> Vec<DVec3> {
@@ -13,8 +13,8 @@ fn ball(count: i32) -> Vec<DVec3> {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let points = ball(4000);
-    let surfels = Surfels::covering(&points, &points)?;
-    let splats = Splats::at_rest(&surfels);
+    let surfels = Surfel::covering(&points, &points)?;
+    let splats: Vec<Splat> = surfels.iter().map(Surfel::at_rest).collect();
     let colors = vec![Vec3::new(0.5, 0.1, 0.08); points.len()];
     let camera = Camera::around(&points, DVec3::new(-1.0, 0.6, -0.4), 16.0 / 9.0);
     let view = SplatView::new(&splats, &surfels, &colors);

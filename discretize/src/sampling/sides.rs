@@ -2,12 +2,8 @@
 
 use glam::DVec3;
 
-use crate::mesh::Mesh;
-use crate::mesh::hierarchy::Crossing;
-use crate::mesh::union_find::Groups;
-use crate::sampling::counts::SHIFT;
-use crate::sampling::error::SampleError;
-use crate::sampling::solid::Solid;
+use crate::mesh::{Crossing, Groups};
+use crate::sampling::{SHIFT, SampleError, Solid};
 
 /// Values below this fraction of the box's diagonal count as on the surface.
 const ON_SURFACE: f64 = 1e-13;
@@ -17,57 +13,42 @@ const OFFSET: f64 = 1.0 / 1024.0;
 /// Halvings of an edge until its crossing is known to round-off.
 const HALVINGS: usize = 60;
 
-/// A solid with what sampling needs to know about its parts.
-pub(crate) struct Oracle<'a> {
-    pub solid: &'a Solid,
-    /// Closed part of the surface each triangle belongs to; empty for implicit bodies.
-    part_of_triangle: Vec<u32>,
-    parts: usize,
-}
-
-impl<'a> Oracle<'a> {
-    pub(crate) fn new(solid: &'a Solid) -> Self {
-        let (part_of_triangle, parts) = solid.mesh().map_or((Vec::new(), 0), parts_of);
-        Self {
-            solid,
-            part_of_triangle,
-            parts,
-        }
-    }
-
+impl Solid {
     /// By how much of a cell the background leaves the box's lower corner. A face of a mesh in a plane of
     /// the lattice would leave it to round-off which of the points there are inside; of an implicit
     /// body these have sign 0.
     pub(crate) fn offset(&self) -> DVec3 {
-        match self.solid.mesh() {
+        match self.mesh() {
             Some(_) => OFFSET * SHIFT,
             None => DVec3::ZERO,
         }
     }
 
-    pub(crate) fn part_count(&self) -> usize {
-        self.parts
-    }
-
-    /// Triangles of one part.
-    pub(crate) fn triangles_of(&self, part: usize) -> impl Iterator<Item = usize> + '_ {
-        self.part_of_triangle
-            .iter()
-            .enumerate()
-            .filter(move |(_, p)| **p as usize == part)
-            .map(|(t, _)| t)
+    /// Connected parts of a mesh over shared vertices: part per triangle, and their number; none of an implicit body.
+    pub(crate) fn parts(&self) -> &(Vec<u32>, usize) {
+        self.parts.get_or_init(|| {
+            let Some(mesh) = self.mesh() else {
+                return (Vec::new(), 0);
+            };
+            let mut parts = Groups::new(mesh.vertices.len());
+            for [a, b, c] in &mesh.triangles {
+                parts.join(*a, *b);
+                parts.join(*a, *c);
+            }
+            parts.numbers(mesh.triangles.iter().map(|t| t[0]))
+        })
     }
 
     /// Sign at a point: 1 inside, 0 on the surface, -1 outside.
     pub(crate) fn sign_at(&self, at: DVec3) -> Result<i8, SampleError> {
-        if self.solid.mesh().is_some() {
-            return Ok(if self.solid.contains(at) { 1 } else { -1 });
+        if self.mesh().is_some() {
+            return Ok(if self.contains(at) { 1 } else { -1 });
         }
-        let value = self.solid.signed_distance(at);
+        let value = self.signed_distance(at);
         if value.is_nan() {
             return Err(SampleError::NotANumber { at });
         }
-        let on_surface = value.abs() <= ON_SURFACE * self.solid.bounds().diagonal();
+        let on_surface = value.abs() <= ON_SURFACE * self.bounds().diagonal();
         let side = if value < 0.0 { 1 } else { -1 };
         Ok(if on_surface { 0 } else { side })
     }
@@ -80,7 +61,7 @@ impl<'a> Oracle<'a> {
         outside: DVec3,
         scratch: &mut Vec<Crossing>,
     ) -> (DVec3, u32) {
-        if let Some(hierarchy) = self.solid.hierarchy() {
+        if let Some(hierarchy) = self.hierarchy() {
             scratch.clear();
             hierarchy.crossings_into(inside, outside, scratch);
             let first = scratch.iter().min_by(|a, b| {
@@ -90,7 +71,7 @@ impl<'a> Oracle<'a> {
             });
             if let Some(first) = first {
                 let at = inside + first.parameter * (outside - inside);
-                return (at, self.part_of_triangle[first.triangle as usize]);
+                return (at, self.parts().0[first.triangle as usize]);
             }
         }
         (self.bisect(inside, outside), u32::MAX)
@@ -98,7 +79,7 @@ impl<'a> Oracle<'a> {
 
     /// Regula falsi of the Illinois kind, kept inside a shrinking bracket.
     fn bisect(&self, inside: DVec3, outside: DVec3) -> DVec3 {
-        let value = |t: f64| self.solid.signed_distance(inside + t * (outside - inside));
+        let value = |t: f64| self.signed_distance(inside + t * (outside - inside));
         let (mut a, mut b) = (0.0, 1.0);
         let (mut fa, mut fb) = (value(a), value(b));
         let mut side = 0;
@@ -132,14 +113,4 @@ impl<'a> Oracle<'a> {
         }
         inside + a * (outside - inside)
     }
-}
-
-/// Connected parts of a surface over shared vertices: part per triangle, and their number.
-fn parts_of(mesh: &Mesh) -> (Vec<u32>, usize) {
-    let mut parts = Groups::new(mesh.vertices.len());
-    for [a, b, c] in &mesh.triangles {
-        parts.join(*a, *b);
-        parts.join(*a, *c);
-    }
-    parts.numbers(mesh.triangles.iter().map(|t| t[0]))
 }
