@@ -203,7 +203,10 @@ fn obey(
             hear_velocities(share);
             memory.keep(share.motion.state());
         }
-        Command::Kept => memory.kept().iter().for_each(|list| send_vectors(FRONT, list)),
+        Command::Kept => memory
+            .kept()
+            .iter()
+            .for_each(|list| send_vectors(FRONT, list)),
         Command::Write => write(share, wire),
     }
     Ok(())
