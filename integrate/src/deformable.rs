@@ -11,7 +11,7 @@ mod sums;
 mod tests;
 
 use crate::{BoundaryConditions, EigenvalueSettings};
-use blocks::Blocks;
+use blocks::{Blocks, Room};
 use disks::{ContactDisks, Placed};
 use drag::RigidMotions;
 use glam::DVec3;
@@ -101,8 +101,6 @@ pub struct DeformableState {
     pub listed_again_at: Vec<DVec3>,
     /// Where nodes (m) were when lists were last found to hold; empty since they were made.
     pub held_at: Vec<DVec3>,
-    /// How far (m) they may move from there before that is asked again.
-    pub held_for: f64,
     /// Last bound (1/s²) of what contact adds to the largest eigenvalue, and whether it is that of the lists that there are.
     pub bound: f64,
     /// See `bound`.
@@ -156,6 +154,7 @@ pub struct DeformableContact {
     margin: f64,
     /// Samples that are near each other, as they were when pairs were listed.
     blocks: Blocks,
+    room: Room,
     /// All samples in lists, ascending; lists name their positions in it.
     near: Vec<u32>,
     /// Points with candidates, and their ranges in `lists`.
@@ -211,6 +210,7 @@ impl DeformableContact {
             state: DeformableState::default(),
             margin: MARGIN,
             blocks: Blocks::default(),
+            room: Room::default(),
             points: Vec::new(),
             lists: Vec::new(),
             close_points: Vec::new(),
@@ -258,7 +258,6 @@ impl DeformableContact {
             state.dissipated,
             state.offset_work,
             state.work,
-            state.held_for,
             state.bound,
         ];
         state.bound >= 0.0
@@ -384,32 +383,41 @@ impl DeformableContact {
             &self.state.listed_again_at
         });
         let (mut springs, mut pairs) = (Vec::new(), Vec::new());
-        for (point, list) in self
-            .points
-            .iter()
-            .map(|(p, range)| (*p, self.listed(range)))
-        {
-            self.find_pairs(point, list, &placed, NEAR + MARGIN, &mut pairs);
-            let slot = point as usize;
-            let half =
-                0.5 * self.disks.samples[self.near[slot] as usize].area / press::norm(&pairs);
-            springs.extend(pairs.iter().map(|pair| {
+        let mut is_in = vec![false; self.near.len()];
+        for (slot, range) in &self.points {
+            let list = self.listed(range);
+            self.find_pairs(*slot, list, &placed, NEAR + MARGIN, &mut pairs);
+            let point = self.near[*slot as usize] as usize;
+            let half = 0.5 * self.disks.samples[point].area / press::norm(&pairs);
+            is_in[*slot as usize] |= !pairs.is_empty();
+            for pair in &pairs {
+                is_in[pair.slot as usize] = true;
                 let n = placed[pair.slot as usize].n;
-                (
-                    slot,
-                    pair.slot as usize,
+                springs.push((
+                    *slot,
+                    pair.slot,
                     half * pair.phi * pair.stiffness,
                     n,
                     pair.xi,
-                )
-            }));
+                ));
+            }
         }
-        let mut loads = vec![(DVec3::ZERO, [DVec3::ZERO; 2]); self.near.len()];
+        let slots = (0..).zip(&is_in).filter(|(_, is_in)| **is_in);
+        let slots: Vec<u32> = slots.map(|(slot, _)| slot).collect();
+        let samples: Vec<u32> = slots.iter().map(|slot| self.near[*slot as usize]).collect();
+        let (disks, nodes) = self.disks.alone(&samples);
+        let at = |slot: &u32| slots.partition_point(|other| other < slot);
+        let springs: Vec<_> = (springs.iter())
+            .map(|(p, q, spring, n, xi)| (at(p), at(q), *spring, *n, *xi))
+            .collect();
+        let mut loads = Vec::new();
         let product = |v: &[DVec3], out: &mut [DVec3]| {
             out.fill(DVec3::ZERO);
-            loads.fill((DVec3::ZERO, [DVec3::ZERO; 2]));
-            let gather = |&sample: &u32| self.disks.gather(sample as usize, v);
-            let moves: Vec<_> = self.near.iter().map(gather).collect();
+            loads.clear();
+            loads.resize(disks.len(), (DVec3::ZERO, [DVec3::ZERO; 2]));
+            let moves: Vec<_> = (0..disks.len())
+                .map(|sample| disks.gather(sample, v))
+                .collect();
             for &(p, q, spring, n, [a, b]) in &springs {
                 let (x, t) = moves[q];
                 let force = n * (spring * n.dot(moves[p].0 - x - t[0] * a - t[1] * b));
@@ -418,8 +426,8 @@ impl DeformableContact {
                 loads[q].1[0] -= force * a;
                 loads[q].1[1] -= force * b;
             }
-            for (&sample, &load) in self.near.iter().zip(&loads) {
-                self.disks.scatter(sample as usize, load, out);
+            for (sample, load) in loads.iter().enumerate() {
+                disks.scatter(sample, *load, out);
             }
         };
         let free = BoundaryConditions::free(masses.len());
@@ -428,7 +436,9 @@ impl DeformableContact {
             iterations: 200,
             ..EigenvalueSettings::default()
         };
-        let found = crate::largest_eigenvalue(masses, &free, product, &mut Vec::new(), &settings);
+        let none = &mut Vec::new();
+        let found =
+            crate::largest_eigenvalue_within(&nodes, masses, &free, product, none, &settings);
         found.map_or(0.0, |found| found.value)
     }
 

@@ -1,6 +1,7 @@
 //! Samples of deformable surfaces: points, and the affine disks around them.
 
 use glam::{DMat3, DVec3};
+use std::collections::HashMap;
 use std::ops::Range;
 
 /// Pivot, relative to the weighted mean square, below which nodes do not determine a direction.
@@ -156,6 +157,37 @@ impl ContactDisks {
         };
         let area = if is_carried { sample.area } else { 0.0 };
         self.samples[at] = DiskSample { area, ..sample };
+    }
+
+    /// Some samples alone, on nodes numbered as they first occur, and these nodes.
+    pub(crate) fn alone(&self, samples: &[u32]) -> (Self, Vec<u32>) {
+        let (mut disks, mut nodes) = (Self::default(), Vec::new());
+        let mut numbers = HashMap::new();
+        for &sample in samples {
+            let at = sample as usize;
+            let first = disks.nodes.len();
+            let entries = at * MOST_NODES..(at + 1) * MOST_NODES;
+            disks.samples.push(self.samples[at]);
+            disks.counts.push(self.counts[at]);
+            disks.thickness.push(self.thickness[at]);
+            disks.reach.push(self.reach[at]);
+            disks
+                .weights
+                .extend_from_slice(&self.weights[entries.clone()]);
+            disks
+                .slopes
+                .extend_from_slice(&self.slopes[entries.clone()]);
+            disks
+                .nodes
+                .extend(self.nodes[self.row(at)].iter().map(|node| {
+                    *numbers.entry(*node).or_insert_with(|| {
+                        nodes.push(*node);
+                        index(nodes.len() - 1)
+                    })
+                }));
+            disks.nodes.resize(first + MOST_NODES, 0);
+        }
+        (disks, nodes)
     }
 
     /// Number of samples.

@@ -1,6 +1,6 @@
 //! Lists of pairs that may meet.
 
-use super::blocks::Blocks;
+use super::blocks::{Blocks, Room};
 use super::disks::{DiskSample, Placed, index};
 use super::{CHUNK, CLOSE_MARGIN, DEEPEST, DeformableContact, FACING, NEAR, TURN};
 use glam::DVec3;
@@ -10,124 +10,56 @@ use rayon::prelude::*;
 /// neighbours in the tissue and never in contact.
 const NEIGHBORS: f64 = 3.0;
 
-/// Largest thickness (spacings) and reach (of the largest at rest) of most samples; the few that have more are searched for
-/// apart.
-const THIN: f64 = 0.1;
-const SHORT: f64 = 1.1;
-
 /// Share of restless samples from which on all pairs are listed. Contact of a cut liver (`run liver --threads 1 --set
 /// contact="Some(())"`) takes 1.6, 1.2 and 1.6 times as long as forces with 0.1, 0.25 and 0.5.
 const MOST_RESTLESS: f64 = 0.25;
-
-/// Cells along an axis at most; those this many apart are one. Samples are tested one by one anyway, and a piece that has
-/// fallen far leaves the cells of the others as small as they were.
-const MOST_CELLS: usize = 64;
-
-/// A point, and others that it meets, ascending.
-type Met = (u32, Vec<u32>);
-
-/// Points with others that they meet, both ascending.
-///
-/// # Arguments
-/// * `points`, `others` -- whether one is a point, and an other.
-/// * `far` -- distance (m) from which on nothing meets.
-/// * `meets` -- whether a point meets another at a squared distance (m²).
-#[allow(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "from 0 to 1e9"
-)]
-pub(super) fn candidates(
-    places: &[DVec3],
-    [points, others]: [&[bool]; 2],
-    far: f64,
-    meets: impl Fn(u32, u32, f64) -> bool + Sync,
-) -> Vec<Met> {
-    let of = |which| {
-        let of = |((sample, x), is_one): ((u32, &DVec3), &bool)| is_one.then_some((sample, *x));
-        (0_u32..).zip(places).zip(which).filter_map(of)
-    };
-    let all = || of(others).map(|(_, x)| x);
-    let (low, high) = (
-        all().fold(DVec3::INFINITY, DVec3::min),
-        all().fold(DVec3::NEG_INFINITY, DVec3::max),
-    );
-    let is_any = points.iter().any(|is_one| *is_one);
-    if !(is_any && low.is_finite() && high.is_finite()) {
-        return Vec::new();
-    }
-    let side = far
-        .max((high - low).max_element() * 1e-9)
-        .max(f64::MIN_POSITIVE);
-    let cell = |x: DVec3| ((x - low) / side).floor().to_array().map(|c| c as usize);
-    // With an empty one between the last and the first if there is room, and three that differ around each.
-    let [nx, ny, nz] = cell(high).map(|last| (last + 2).clamp(3, MOST_CELLS));
-    let mut starts = vec![0_usize; nx * ny * nz + 1];
-    let at = |[i, j, k]: [usize; 3]| (k * ny + j) * nx + i;
-    let number = |x| {
-        let [i, j, k] = cell(x);
-        at([i % nx, j % ny, k % nz])
-    };
-    for x in all() {
-        starts[number(x) + 1] += 1;
-    }
-    for c in 1..starts.len() {
-        starts[c] += starts[c - 1];
-    }
-    // In the order of cells, so that memory is read in order.
-    let (mut next, mut members) = (starts.clone(), vec![(DVec3::ZERO, 0); places.len()]);
-    for (sample, x) in of(others) {
-        let place = &mut next[number(x)];
-        members[*place] = (x, sample);
-        *place += 1;
-    }
-    let (starts, members) = (&starts, &members);
-    let around = |c: usize, n: usize| [n - 1, 0, 1].map(|by| (c % n + by) % n);
-    let meet = |(point, x): (u32, DVec3)| {
-        let ([i, j, k], mut met) = (cell(x), Vec::new());
-        let (i, j, k) = (around(i, nx), around(j, ny), around(k, nz));
-        for cell in (0..27).map(|n| at([i[n % 3], j[n / 3 % 3], k[n / 9]])) {
-            for &(y, other) in &members[starts[cell]..starts[cell + 1]] {
-                let square = x.distance_squared(y);
-                if other != point && square < far * far && meets(point, other, square) {
-                    met.push(other);
-                }
-            }
-        }
-        met.sort_unstable();
-        (point, met)
-    };
-    let points: Vec<_> = of(points).collect();
-    let met = points.into_par_iter().with_min_len(CHUNK).map(meet);
-    met.filter(|(_, met)| !met.is_empty()).collect()
-}
 
 impl DeformableContact {
     /// Makes lists of pairs again if samples could have come nearer to each other than these allow; whether it did.
     /// [`Self::add_forces`] does so by itself.
     pub fn update_lists(&mut self, positions: &[DVec3]) -> bool {
-        let stays = |from: &[DVec3], room: f64| {
-            let stays = |(a, b): (&DVec3, &DVec3)| a.distance_squared(*b) < room * room;
-            from.len() == positions.len() && positions.iter().zip(from).all(stays)
-        };
         if self.state.listed_at.len() != positions.len() {
             self.list_again(vec![true; self.disks.len()], &[], positions);
             return true;
         }
-        if stays(&self.state.held_at, self.state.held_for) {
+        let held_at = &self.state.held_at;
+        let squares = positions
+            .iter()
+            .zip(held_at)
+            .map(|(a, b)| a.distance_squared(*b));
+        let moved = if held_at.is_empty() {
+            f64::MAX
+        } else {
+            squares.fold(0.0, f64::max).sqrt()
+        };
+        let closest = self.room.pairs.partition_point(|(room, _)| *room <= moved);
+        let is_all = moved >= self.room.others;
+        if closest == 0 && !is_all {
             return false;
         }
-        let from = [&self.state.listed_at[..], &self.state.listed_again_at];
-        let may_meet = |a, b| self.between_bodies(a, b).is_some();
-        let lists = (self.margin(), self.far(), may_meet);
-        let (room, spent) = (self.blocks).room_left((&self.disks, from), positions, lists);
-        if room < 0.0 {
+        let closest = (!is_all).then_some(&self.room.pairs[..closest]);
+        let (room, spent) = self.room_left(positions, closest);
+        if room.pairs.first().is_some_and(|(room, _)| *room < 0.0) {
             self.list_again(self.is_restless(), &spent, positions);
             return true;
         }
-        self.state.held_for = room;
-        positions.clone_into(&mut self.state.held_at);
+        if is_all {
+            self.room = room;
+            positions.clone_into(&mut self.state.held_at);
+        }
         false
+    }
+
+    /// How far nodes may move from `positions` (m) before lists lack a pair, as [`Blocks::room_left`] has it.
+    fn room_left(
+        &self,
+        positions: &[DVec3],
+        closest: Option<&[(f64, [usize; 2])]>,
+    ) -> (Room, Vec<usize>) {
+        let from = [&self.state.listed_at[..], &self.state.listed_again_at];
+        let may_meet = |a, b| self.between_bodies(a, b).is_some();
+        let lists = (self.margin(), self.far(), may_meet);
+        (self.blocks).room_left((&self.disks, from), positions, lists, closest)
     }
 
     /// Lists pairs again of samples that are restless, and of all those of their blocks and of some `blocks`, with nodes at
@@ -161,6 +93,9 @@ impl DeformableContact {
         self.list_pairs(None);
         if !self.state.restless.is_empty() {
             self.list_pairs(Some(&is_restless));
+        }
+        if !self.state.held_at.is_empty() {
+            (self.room, _) = self.room_left(&self.state.held_at, None);
         }
     }
 
@@ -308,75 +243,38 @@ impl DeformableContact {
         restless: Option<&[bool]>,
         (places, reaches): (&[DVec3], &[f64]),
     ) -> Vec<Vec<u32>> {
-        let all = places.len();
-        let (far, widest) = (self.far(), self.widest());
+        let far = self.far();
         let samples = &self.disks.samples;
         let thickness = |sample: usize| self.disks.thickness[sample].abs();
-        let meets = |p: u32, q: u32, distance_squared: f64| {
-            let (point, disk) = (p as usize, q as usize);
-            let (a, b) = (&samples[point], &samples[disk]);
-            let reach = reaches[disk];
-            let allowed = self.between_bodies(a.body, b.body);
-            if reach == 0.0 || allowed.is_none() || a.body == b.body && are_neighbors(a, b) {
-                return false;
+        let meets = |p: usize, q: usize, square: f64| {
+            let (a, b, reach) = (&samples[p], &samples[q], reaches[q]);
+            let own = a.body == b.body;
+            reach > 0.0
+                && square.sqrt() < far(reach, thickness(p) + thickness(q))
+                && !(own && is_near(a, b) && is_behind(a, b))
+                && !(own && !a.flank && self.disks.share_nodes(index(p), index(q)))
+        };
+        let found = |p: usize, q: usize, square: f64, met: &mut Vec<(usize, u32)>| {
+            let (a, b) = (&samples[p], &samples[q]);
+            let joined = a.body == b.body && a.normal.dot(b.normal) >= FACING && is_near(a, b);
+            if !joined && self.between_bodies(a.body, b.body).is_some() {
+                let both = [(p, q), (q, p)].into_iter();
+                let both = both.filter(|(p, q)| meets(*p, *q, square));
+                met.extend(both.map(|(p, q)| (p, index(q))));
             }
-            distance_squared.sqrt() < far(reach, thickness(point) + thickness(disk))
-                && (a.body != b.body || a.flank || !self.disks.share_nodes(p, q))
         };
-        let is_new = |sample: u32| restless.is_none_or(|restless| restless[sample as usize]);
-        let most = |of: &dyn Fn(usize) -> f64, which: &[bool]| {
-            let all = (0..all).filter(|sample| which[*sample]);
-            all.map(of).fold(0.0, f64::max)
-        };
-        let acts: Vec<bool> = (0..all).map(|sample| samples[sample].area > 0.0).collect();
-        // Few are thick or stretched much.
-        let (thin, short) = (
-            THIN * widest,
-            SHORT * most(&|disk| self.disks.reach[disk], &acts),
-        );
-        let is_first = |sample: usize| match restless {
-            Some(restless) => restless[sample],
-            None => thickness(sample) > thin || reaches[sample] > short,
-        };
-        let which = |first: bool| -> Vec<bool> {
-            let of = |sample: usize| acts[sample] && is_first(sample) == first;
-            (0..all).map(of).collect()
-        };
-        let (first, others) = (which(true), which(false));
-        let search = |points: &[bool], disks: &[bool], either: bool| {
-            let [one, two] = [points, disks].map(|which| most(&thickness, which));
-            let reach = |which| most(&|disk| reaches[disk], which);
-            let reach = reach(disks).max(if either { reach(points) } else { 0.0 });
-            let meet = |p, q, square| meets(p, q, square) || either && meets(q, p, square);
-            candidates(places, [points, disks], far(reach, one + two), meet)
-        };
-        let mut found = search(&first, &first, false);
-        if restless.is_none() {
-            found.extend(search(&others, &others, false));
-        }
-        let between = search(&first, &others, true);
         let mut of = vec![Vec::new(); self.disks.len()];
-        // Of lists of before what is between others.
-        for (slot, range) in &self.points {
-            let point = self.near[*slot as usize];
-            let list = self
-                .listed(range)
-                .iter()
-                .map(|slot| self.near[*slot as usize]);
-            of[point as usize].extend(list.filter(|other| !is_new(point) && !is_new(*other)));
-        }
-        for (point, met) in found {
-            of[point as usize].extend(met);
-        }
-        for (point, met) in between {
-            for other in met {
-                let [x, y] = [point, other].map(|sample| places[sample as usize]);
-                for (p, q) in [(point, other), (other, point)] {
-                    if meets(p, q, x.distance_squared(y)) {
-                        of[p as usize].push(q);
-                    }
-                }
+        if let Some(restless) = restless {
+            for (slot, range) in &self.points {
+                let point = self.near[*slot as usize] as usize;
+                let list = self.listed(range).iter();
+                let list = list.map(|slot| self.near[*slot as usize]);
+                of[point].extend(list.filter(|q| !restless[point] && !restless[*q as usize]));
             }
+        }
+        let again = restless.is_some();
+        for (point, other) in (self.blocks).near_samples(again, places, &far, found) {
+            of[point].push(other);
         }
         of
     }
@@ -394,10 +292,12 @@ impl DeformableContact {
             self.places(positions)
         };
         let placed = (&places[..], &reaches[..]);
-        let of = self.find_met(restless, placed);
-        if !places.is_empty() {
+        let of = if places.is_empty() {
+            Vec::new()
+        } else {
             (self.blocks).list(restless.is_some(), &self.disks, placed, positions);
-        }
+            self.find_met(restless, placed)
+        };
         self.points.clear();
         self.lists.clear();
         for (point, mut list) in (0..).zip(of).filter(|(_, list)| !list.is_empty()) {
@@ -426,15 +326,17 @@ impl DeformableContact {
     }
 }
 
-/// Whether two samples of a body are joined by tissue at rest: they are near, and do not face each other across a gap.
-fn are_neighbors(a: &DiskSample, b: &DiskSample) -> bool {
-    let arm = a.position - b.position;
+/// Whether two samples are near at rest. Those of a body are then joined by tissue and never in contact, unless they face each
+/// other across a gap.
+fn is_near(a: &DiskSample, b: &DiskSample) -> bool {
     let near = NEIGHBORS * a.spacing.max(b.spacing);
-    let faces = a.normal.dot(b.normal) < FACING;
-    // Behind the other: back to back, with tissue between, as thin as it may be beside a cut along the surface. Taken for
-    // flanks, the sides of such a feather edge pushed each other apart for ever (`random --all`, seed 91, scene 006).
-    let behind = a.flank != b.flank || b.normal.dot(arm) < -0.05 * b.spacing;
-    arm.length_squared() < near * near && (!faces || behind)
+    a.position.distance_squared(b.position) < near * near
+}
+
+/// Whether samples that face away from each other have tissue between them, as thin as it may be beside a cut along the surface.
+/// Taken for flanks, the sides of such a feather edge pushed each other apart for ever (`random --all`, seed 91, scene 006).
+fn is_behind(a: &DiskSample, b: &DiskSample) -> bool {
+    a.flank != b.flank || b.normal.dot(a.position - b.position) < -0.05 * b.spacing
 }
 
 #[cfg(test)]
