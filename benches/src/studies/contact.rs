@@ -61,33 +61,46 @@ fn reaction(body: &Body, above: f64) -> f64 {
 }
 
 fn press(size: u32, rows: &mut Rows) -> Result<(), StudyError> {
-    let block = |by: f64, cut: bool| {
+    let block = |by: f64, cut: bool, damping: u32, duration: f64| {
         let cuts = if cut {
             "contact: (), cuts: [(edge: [(0, -0.05, 0.0003), (0, 0.05, 0.0003)], path: [
                 (time: 0, position: (-0.05, 0, 0)), (time: 0.2, position: (0.05, 0, 0))])],"
         } else {
             ""
         };
-        let world = play(&format!(
-            "bodies: [(shape: Box(size: (0.06, 0.06, 0.08)), sampling: (target: Nodes({})), damping: 30,
+        format!(
+            "bodies: [(shape: Box(size: (0.06, 0.06, 0.08)), sampling: (target: Nodes({})), damping: {damping},
                 material: (youngs_modulus: 5e3, poissons_ratio: 0.4, density: 1000))],
             supports: [(region: HalfSpace(point: (0, 0, -0.0399), normal: (0, 0, -1))),
                 (region: HalfSpace(point: (0, 0, 0.0399), normal: (0, 0, 1)), motion: Driven(path: [
                     (time: 0.3), (time: 0.9, position: (0, 0, {})) ]))],
-            {cuts} gravity: None, integration: (duration: 1.8, settle: None),",
+            {cuts} gravity: None, integration: (duration: {duration}, settle: None),",
             1000 * size,
             by * 0.08
-        ))?;
-        Ok::<_, StudyError>(-reaction(&world.bodies()[0], 0.0))
+        )
     };
+    let force = |world: &World| -reaction(&world.bodies()[0], 0.0);
     for (figure, by) in [("force (N), pressed", -0.05), ("force (N), drawn", 0.05)] {
-        let uncut = block(by, false)?;
-        let found = block(by, true)?;
+        let uncut = force(&play(&block(by, false, 30, 1.8))?);
+        let cut = play(&block(by, true, 30, 1.8))?;
+        let found = force(&cut);
         let expected = if by < 0.0 { uncut } else { 0.0 };
         rows.add("flanks", figure, found, expected);
         if by > 0.0 {
             rows.add("flanks", "the same over the uncut", found / uncut, 0.0);
+            continue;
         }
+        let mut world = World::new(scene(&block(by, true, 0, 11.8))?)?;
+        world.restore(cut.state(), |_, _| ())?;
+        let audit = |world: &World| *world.bodies()[0].motion.audit();
+        let (stored, mut swings) = (audit(&world).elastic, 0.0_f64);
+        world.play(11.8, |world| swings = swings.max(audit(world).kinetic))?;
+        rows.add(
+            "flanks",
+            "undamped for 10 s, kinetic energy over stored",
+            swings / stored,
+            0.0,
+        );
     }
     Ok(())
 }
