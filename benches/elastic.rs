@@ -127,7 +127,7 @@ fn setup(c: &mut Criterion) {
     });
 }
 
-/// Forces on all threads; both passes of an evaluation alone; what scenes do besides forces and products; forces of a body
+/// Forces on all threads; what scenes do besides forces and products; forces of a body
 /// of which a half is held.
 fn parts(c: &mut Criterion) {
     let mut group = c.benchmark_group("parts");
@@ -140,9 +140,6 @@ fn parts(c: &mut Criterion) {
         group.throughput(pairs(&body));
         let forces = || body.forces_into(&x, &mut f);
         time(&mut group, "forces, all threads", n, forces);
-        let one = || body.pass_one(&x, &mut f);
-        time_on_one(&mut group, "first pass", n, one);
-        time_on_one(&mut group, "second pass", n, || body.pass_two(&mut f));
         let masses: Vec<f64> = block.volumes.iter().map(|v| 1e3 * v).collect();
         body.watch_stiffness(&masses);
         let middle = 0.05 * side as f64;

@@ -1,6 +1,8 @@
 //! What scenes can say beside blocks and livers, their stiffness and their cuts: shapes, samplings, laws, supports that
 //! move, tools, contact, schemes.
 
+use std::f64::consts::TAU;
+
 use glam::DVec3;
 use phyxel::scene::{
     Body, BodyContact, Capture, Cut, Form, Inclusion, Key, Refinement, Region, Release, Rest,
@@ -11,13 +13,23 @@ use testkit::cloud::Random;
 
 use crate::error::StudyError;
 use crate::organs::{folder, meshes, tissue};
-use crate::random::{between_log, direction};
 
 /// Largest load `ρ g L / E`: beyond, weight crushes what it stands on, whatever else a scene says.
 const LOAD: f64 = 0.5;
 
 /// A mesh that is refused with fewer than 20,000 nodes: its wall is thinner than they are apart.
 const THIN: &str = "small_intestine_100k.vtk";
+
+pub(crate) fn between_log(random: &mut Random, [low, high]: [f64; 2]) -> f64 {
+    random.range(low.ln(), high.ln()).exp()
+}
+
+/// Uniform on the unit sphere.
+pub(crate) fn direction(random: &mut Random) -> DVec3 {
+    let z = random.range(-1.0, 1.0);
+    let (angle, r) = (random.range(0.0, TAU), (1.0 - z * z).sqrt());
+    DVec3::new(r * angle.cos(), r * angle.sin(), z)
+}
 
 /// A body about the origin, held at one of its ends: half extents (m) and fixed region beside it.
 pub(crate) fn body(random: &mut Random) -> Result<(Body, DVec3, Region), StudyError> {

@@ -1,13 +1,11 @@
 //! Scenes from a seeded generator: what nobody tuned for.
 
-use std::f64::consts::TAU;
-
 use glam::DVec3;
 use phyxel::scene::{Body, Cut, Gravity, Key, Region, Scene, Shape, Support, Target};
 use testkit::cloud::Random;
 
 use crate::batch::Case;
-use crate::combined;
+use crate::combined::{self, between_log, direction};
 use crate::error::StudyError;
 use crate::row::Row;
 
@@ -52,17 +50,6 @@ pub fn cases(seed: u64, count: u32, all: bool) -> Result<Vec<Case>, StudyError> 
             Ok(Case { name, scene })
         })
         .collect()
-}
-
-pub(crate) fn between_log(random: &mut Random, [low, high]: [f64; 2]) -> f64 {
-    random.range(low.ln(), high.ln()).exp()
-}
-
-/// Uniform on the unit sphere.
-pub(crate) fn direction(random: &mut Random) -> DVec3 {
-    let z = random.range(-1.0, 1.0);
-    let (angle, r) = (random.range(0.0, TAU), (1.0 - z * z).sqrt());
-    DVec3::new(r * angle.cos(), r * angle.sin(), z)
 }
 
 fn scene(random: &mut Random, all: bool) -> Result<Scene, StudyError> {

@@ -6,6 +6,7 @@ use phyxel_discretize::{
     Format, Mesh, Primitive, ReadError, RepairSettings, Solid, TextPlace, parse_mesh, ply_mesh,
     ply_surfels, read_point_cloud, repair, sample_surfels, surface_mesh,
 };
+use testkit::broken::broken;
 use testkit::cloud::Random;
 use testkit::tol::assert_relative;
 
@@ -297,49 +298,6 @@ fn surfels_as_written_are_points_to_read() {
     assert!(bare.normals.is_empty() && bare.areas == [0.0; 2]);
 }
 
-/// Changes up to five times what stands at a random place of a file.
-fn mutate(file: &[u8], random: &mut Random) -> Vec<u8> {
-    const WORDS: [&[u8]; 10] = [
-        b"4294967295",
-        b"200000000",
-        b"-1",
-        b"99999999999999999999",
-        b"nan",
-        b"inf",
-        b"1e400",
-        b"0",
-        b"\r",
-        b"\xff",
-    ];
-    let mut mutant = file.to_vec();
-    for _ in 0..=random.below(4) {
-        let at = random.below(mutant.len());
-        match random.below(5) {
-            0 => mutant.truncate(at.max(1)),
-            1 => mutant[at] ^= 1 << random.below(8),
-            2 => mutant[at] = u8::try_from(random.below(256)).unwrap(),
-            3 => {
-                // Replaces a word, most often a number.
-                let start = mutant[..at].iter().rposition(u8::is_ascii_whitespace);
-                let start = start.map_or(0, |s| s + 1);
-                let length = mutant[start..].iter().position(u8::is_ascii_whitespace);
-                let end = start + length.unwrap_or(mutant.len() - start);
-                mutant.splice(start..end, random.pick(&WORDS).iter().copied());
-            }
-            _ => {
-                let end = (at + random.below(40)).min(mutant.len());
-                let piece = mutant[at..end].to_vec();
-                let to = random.below(mutant.len());
-                mutant.splice(to..to, piece);
-            }
-        }
-        if mutant.is_empty() {
-            mutant.push(b'v');
-        }
-    }
-    mutant
-}
-
 /// An error's position is in the file, or a word on the file as a whole.
 fn check_place(name: &str, error: &ReadError, file: &[u8]) {
     match error.place {
@@ -361,7 +319,7 @@ fn mutated_files_never_panic() {
     let before = largest_reservation();
     for (name, bytes) in specimens() {
         for _ in 0..500 {
-            let mutant = mutate(&bytes, &mut random);
+            let mutant = broken(bytes.clone(), &mut random);
             match parse_mesh(&mutant) {
                 Ok(file) => {
                     read += 1;

@@ -384,10 +384,10 @@ impl Elastic {
         let n = self.node_count();
         assert_eq!(positions.len(), n, "one position per node");
         assert_eq!(forces.len(), n, "one force per node");
-        self.pass_one_of(positions, forces, chosen) + self.pass_two_of(forces, chosen)
+        self.pass_one(positions, forces, chosen) + self.pass_two(forces, chosen)
     }
 
-    fn pass_one_of(&mut self, x: &[DVec3], forces: &mut [DVec3], chosen: Chosen<'_>) -> f64 {
+    fn pass_one(&mut self, x: &[DVec3], forces: &mut [DVec3], chosen: Chosen<'_>) -> f64 {
         let model = &self.model;
         let CutState { bonds, fronts, .. } = &mut self.cut;
         let mut beside = || {
@@ -405,7 +405,7 @@ impl Elastic {
         }
     }
 
-    fn pass_two_of(&mut self, forces: &mut [DVec3], chosen: Chosen<'_>) -> f64 {
+    fn pass_two(&mut self, forces: &mut [DVec3], chosen: Chosen<'_>) -> f64 {
         let CutState { bonds, fronts, .. } = &self.cut;
         let beside = |deformation: &mut [_]| bonds.set_gradients(deformation);
         let parts = (&self.model, &mut self.scratch);
@@ -416,19 +416,6 @@ impl Elastic {
         fronts.add_forces(forces, (&mut self.scratch.partial, CHUNK));
         bonds.add_forces(forces);
         self.scratch.partial.iter().sum()
-    }
-
-    /// The first of the two passes of [`Elastic::forces_into`] alone, for benchmarks: `forces` is what the nodes' own
-    /// rows give. [`Elastic::pass_two`] ends it.
-    #[doc(hidden)]
-    pub fn pass_one(&mut self, positions: &[DVec3], forces: &mut [DVec3]) -> f64 {
-        self.pass_one_of(positions, forces, None)
-    }
-
-    /// The second, which adds to `forces`.
-    #[doc(hidden)]
-    pub fn pass_two(&mut self, forces: &mut [DVec3]) -> f64 {
-        self.pass_two_of(forces, None)
     }
 
     /// Prepares the viscous part for a step of `time_step` (s) from the state of the last

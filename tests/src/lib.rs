@@ -6,6 +6,7 @@
 )]
 
 pub mod block;
+pub mod broken;
 pub mod cloud;
 pub mod derivative;
 pub mod kuhn;

@@ -10,7 +10,7 @@ use phyxel_enrich::Cuts;
 use super::Fronts;
 use crate::error::StudyError;
 use crate::problems::cracks::{POISSON, YOUNG, opening};
-use crate::problems::model::{Law, small_displacements};
+use crate::problems::model::{law, small_displacements};
 
 /// Time (s) by which a blade's stroke is over.
 pub(super) const STROKE: f64 = 2.0;
@@ -166,7 +166,7 @@ impl Specimen {
         let world = |vectors: &[DVec3]| vectors.iter().map(|v| turn * *v).collect::<Vec<_>>();
         let mut elastic = self.elastic.clone();
         let (rest, forces) = (world(&self.rest), world(forces));
-        let moved = small_displacements(&mut Law(&mut elastic), &rest, &forces, mask)?;
+        let moved = small_displacements(&mut law(&mut elastic), &rest, &forces, mask)?;
         Ok(moved.iter().map(|u| back * *u).collect())
     }
 

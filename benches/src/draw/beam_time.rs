@@ -10,7 +10,7 @@ use std::time::Instant;
 use crate::StudyError;
 use crate::problems::block::Block;
 use crate::problems::cantilever as beam;
-use crate::problems::model::{Law as Model, dissertation};
+use crate::problems::model::{dissertation, law};
 use crate::report::{Series, add_point, plots};
 use glam::DVec3;
 use phyxel_elastic::{Dilatation, Law, Material, Settings};
@@ -104,7 +104,7 @@ fn study(folder: &Path) -> Result<(), StudyError> {
         for (rule, block) in &rules(&block)? {
             for (material, label, settings) in options() {
                 let mut body = beam::body(block, material, &settings);
-                let found = measure(block, &block.volumes, &mut Model(&mut body))?;
+                let found = measure(block, &block.volumes, &mut law(&mut body))?;
                 if *rule == "edges" && label == "control" {
                     default_error = default_error.min(found[0].abs());
                 }
@@ -114,7 +114,7 @@ fn study(folder: &Path) -> Result<(), StudyError> {
         let svk = Material::saint_venant_kirchhoff(1.0, NU);
         let (mut paper, _) = dissertation(&block.rest, svk, 1.0)?;
         let masses = paper.volumes().to_vec();
-        let found = measure(&block, &masses, &mut Model(&mut paper))?;
+        let found = measure(&block, &masses, &mut law(&mut paper))?;
         paper_error = paper_error.max(found[0].abs());
         note("dissertation", found);
         let neo = Material::neo_hookean(1.0, NU);

@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec3};
 use phyxel_elastic::{Elastic, Material, Materials, Nodes, Settings, Stencils};
 use phyxel_integrate::{
-    BoundaryConditions, Eigenvalue, EigenvalueSettings, ForceLaw, largest_eigenvalue,
+    BoundaryConditions, ClosureLaw, Eigenvalue, EigenvalueSettings, ForceLaw, largest_eigenvalue,
 };
 use phyxel_mls::{DissertationCloud, NearestSettings, dissertation_cloud, k_nearest};
 use testkit::solve::conjugate_gradients;
@@ -14,16 +14,8 @@ use crate::StudyError;
 use crate::error::not_solved;
 
 /// The elastic model as the static solver wants it.
-pub(crate) struct Law<'a>(pub(crate) &'a mut Elastic);
-
-impl ForceLaw for Law<'_> {
-    fn forces_into(&mut self, positions: &[DVec3], forces: &mut [DVec3]) -> f64 {
-        self.0.forces_into(positions, forces)
-    }
-
-    fn tangent_product_into(&mut self, vector: &[DVec3], product: &mut [DVec3]) {
-        self.0.tangent_product_into(vector, product);
-    }
+pub(crate) fn law(elastic: &mut Elastic) -> impl ForceLaw {
+    ClosureLaw::of(elastic, Elastic::forces_into, Elastic::tangent_product_into)
 }
 
 /// An elastic body ready to be moved, by the default model or by the dissertation's.

@@ -9,12 +9,12 @@ use crate::problems::block::Block;
 use crate::problems::cantilever::{
     self as beams, Tetrahedra, beam, body, on_cube, settle, tip_error,
 };
-use crate::problems::model::{Law, dissertation};
+use crate::problems::model::{dissertation, law};
 
 pub(super) fn cantilever(proof: &mut Proof) {
     let tip = |block: &Block, settings: &Settings, nu: f64| {
         let mut elastic = body(block, Material::neo_hookean(1.0, nu), settings);
-        tip_error(block, nu, 1e-6, &mut Law(&mut elastic))
+        tip_error(block, nu, 1e-6, &mut law(&mut elastic))
     };
     for (name, cells, jitter, bar) in [
         ("lattice 525", [20, 4, 4], 0.0, 3.0),
@@ -38,7 +38,7 @@ pub(super) fn cantilever(proof: &mut Proof) {
         // Measured: -69 and -64; -14 and -17. Far off is what they are, by how much is not the subject.
         let svk = Material::saint_venant_kirchhoff(1.0, 0.3);
         let (mut model, _) = dissertation(&block.rest, svk, 1.0).unwrap();
-        let paper = tip_error(&block, 0.3, 1e-6, &mut Law(&mut model));
+        let paper = tip_error(&block, 0.3, 1e-6, &mut law(&mut model));
         proof.below("dissertation's model, %", paper, -50.0);
         let neo = Material::neo_hookean(1.0, 0.3);
         let mut tetrahedra = Tetrahedra::new(&block.rest, &block.tetrahedra, neo);
@@ -54,7 +54,7 @@ pub(super) fn large_deflection(proof: &mut Proof) {
         let neo = Material::neo_hookean(1.0, 0.3);
         let mut elastic = body(&block, neo, &Settings::default());
         let pull = DVec3::new(0.0, 0.0, -2.5e-4);
-        let tip = beams::cantilever(&block, pull, 1e-8, &mut Law(&mut elastic));
+        let tip = beams::cantilever(&block, pull, 1e-8, &mut law(&mut elastic));
         let (ex, ez) = (tip.x / -0.1493 - 1.0, tip.z / -0.4893 - 1.0);
         proof.below(format!("u_x of the {name}"), ex.abs(), 0.025);
         proof.below(format!("u_z of the {name}"), ez.abs(), 0.01);
@@ -82,7 +82,7 @@ pub(super) fn bending(proof: &mut Proof) {
             let held = BoundaryConditions::fixed_where(rest, on_cube);
             let shift = |x: DVec3| exact(x) * if on_cube(x) { small } else { 0.0 };
             let mut x: Vec<DVec3> = rest.iter().map(|x| *x + shift(*x)).collect();
-            settle(&mut Law(&mut elastic), &mut x, &held, &[], 1e-8);
+            settle(&mut law(&mut elastic), &mut x, &held, &[], 1e-8);
             errors.push(block.norm(&x, |x, rest| (x - rest) / small - exact(rest)));
         }
         let order = (errors[0] / errors[2]).ln() / 3.0_f64.ln();
@@ -100,7 +100,7 @@ pub(super) fn control(proof: &mut Proof) {
             ..Settings::default()
         };
         let mut elastic = body(&block, Material::neo_hookean(1.0, 0.3), &settings);
-        let error = tip_error(&block, 0.3, 1e-6, &mut Law(&mut elastic));
+        let error = tip_error(&block, 0.3, 1e-6, &mut law(&mut elastic));
         proof.below(format!("tip, control {alpha}, %"), error, before);
         before = error;
         if (0.05..=0.2).contains(&alpha) {

@@ -8,7 +8,7 @@ use phyxel_elastic::{Dilatation, Material, Settings};
 
 use crate::problems::block::Block;
 use crate::problems::cantilever::{Tetrahedra, body, on, on_cube, settle};
-use crate::problems::model::Law;
+use crate::problems::model::law;
 use phyxel_integrate::{BoundaryConditions, ForceLaw};
 use testkit::kuhn::{Block as KitBlock, from_tetrahedra, mapped, mirrored_block};
 
@@ -67,7 +67,7 @@ pub(super) fn patch(proof: &mut Proof) {
                     a * *x + random.vector(if free { 0.002 } else { 0.0 })
                 })
                 .collect();
-            settle(&mut Law(&mut elastic), &mut x, &held, &[], 1e-12);
+            settle(&mut law(&mut elastic), &mut x, &held, &[], 1e-12);
             let nodes = x.iter().zip(&block.rest);
             let off = nodes.map(|(x, rest)| (*x - a * *rest).length());
             let what = format!("patch test on {name}, {} nodes", x.len());
@@ -145,7 +145,7 @@ pub(super) fn soft_modes(proof: &mut Proof) {
                 ..Settings::default()
             };
             let mut elastic = body(&block, material, &settings);
-            let stiffness = dense(n, &mut Law(&mut elastic));
+            let stiffness = dense(n, &mut law(&mut elastic));
             [0.3, 0.6].map(|share| modes_below(&stiffness, &block.volumes, share * low))
         };
         for (share, count) in [0.3, 0.6].into_iter().zip(soft(0.1)) {
@@ -178,7 +178,7 @@ pub(super) fn dilatation(proof: &mut Proof) {
             for x in &mut x {
                 x.x *= 1.0 + pull;
             }
-            settle(&mut Law(&mut elastic), &mut x, &held, &[], 1e-6);
+            settle(&mut law(&mut elastic), &mut x, &held, &[], 1e-6);
             let mut f = vec![DVec3::ZERO; x.len()];
             elastic.forces_into(&x, &mut f);
             let ends = f.iter().zip(&block.rest).filter(|(_, x)| on(x.x, 1.0));
@@ -239,7 +239,7 @@ pub(super) fn large_deformation(proof: &mut Proof) {
                     })
                     .collect();
                 let mut x: Vec<DVec3> = block.rest.iter().map(|x| motion(*x)).collect();
-                settle(&mut Law(&mut elastic), &mut x, &held, &load, 1e-6);
+                settle(&mut law(&mut elastic), &mut x, &held, &load, 1e-6);
                 errors.push(block.norm(&x, |x, rest| x - motion(rest)));
             }
         }

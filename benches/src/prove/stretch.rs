@@ -11,7 +11,7 @@ use phyxel_integrate::{
 use super::Proof;
 use crate::problems::block::Block;
 use crate::problems::cantilever::{body, on};
-use crate::problems::model::Law;
+use crate::problems::model::law;
 
 /// Fraction of `c01` in the shear modulus of the Mooney-Rivlin material.
 const SHARE: f64 = 0.3;
@@ -122,8 +122,8 @@ fn stretched(block: &Block, mut elastic: Elastic, l: f64) -> [f64; 2] {
         steps: 7,
         ..StaticLoad::default()
     };
-    let (law, settings) = (&mut Law(&mut elastic), NewtonSettings::with_tolerance(1e-9));
-    solve_static(law, &mut x, &supports, &load, &settings).unwrap();
+    let settings = NewtonSettings::with_tolerance(1e-9);
+    solve_static(&mut law(&mut elastic), &mut x, &supports, &load, &settings).unwrap();
     let mut forces = vec![DVec3::ZERO; x.len()];
     elastic.forces_into(&x, &mut forces);
     let sides = block.nodes(|x| on(x.y, 1.0));

@@ -5,7 +5,7 @@ use std::time::Instant;
 use glam::DVec3;
 use phyxel_integrate::{NewtonSettings, StaticLoad, solve_static};
 
-use crate::problems::model::Law;
+use crate::problems::model::law;
 use crate::report::{Report, Series, Table, plots, row};
 use crate::{Effort, StudyError};
 use phyxel::scene::{self, Form, MaterialSettings, Region, Scene, Shape, Support, Target};
@@ -126,7 +126,7 @@ fn measure(ratio: f64, reference: f64, nodes: (f64, Form)) -> Result<Measured, S
     let force = |share: &f64| DVec3::new(0.0, 0.0, -FORCE * share / area);
     let forces: Vec<DVec3> = shares.iter().map(force).collect();
     let mut positions = body.rest.clone();
-    let (law, supports) = (&mut Law(&mut body.elastic), body.motion.supports());
+    let (law, supports) = (&mut law(&mut body.elastic), body.motion.supports());
     let settings = NewtonSettings::with_tolerance(TOLERANCE);
     solve_static(
         law,

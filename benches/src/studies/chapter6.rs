@@ -5,22 +5,13 @@ use std::time::Instant;
 
 use glam::DVec3;
 
-use super::{embedded, sag};
+use super::embedded;
+use super::sag::{self, BODIES, MODELS};
 use crate::report::{Cell, Report, Series, Table, add_point, median, plots, row};
 use crate::{Effort, StudyError};
 use phyxel::scene::Scene;
 use phyxel::{Cutting, World};
 use phyxel_cli::picture::Painter;
-
-/// Bodies of chapter 6: their scenes, and the frames per second that Aras 2014 reports.
-pub(super) const BODIES: [(&str, f64); 3] = [
-    ("block-1408", 80.0),
-    ("block-436", 125.0),
-    ("liver-181", 120.0),
-];
-
-/// Models: what is added to a scene's name.
-pub(super) const MODELS: [(&str, &str); 2] = [("", "default"), ("-dissertation", "dissertation")];
 
 /// States, and the scene times (s) at which the scenes' blades are between two strokes.
 const STATES: [(&str, f64); 3] = [("hanging", 0.1), ("cut once", 1.0), ("cut through", 1.9)];

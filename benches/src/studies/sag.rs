@@ -6,14 +6,23 @@ use phyxel_discretize::{nodal_volumes, tetrahedron_volume};
 use phyxel_elastic::Material;
 use phyxel_integrate::{BoundaryConditions, ForceLaw};
 
-use super::chapter6::{BODIES, MODELS};
 use super::embedded;
 use crate::problems::cantilever::Tetrahedra;
 use crate::problems::elements::{Elements, Order};
-use crate::problems::model::{Law, small_displacements};
+use crate::problems::model::{law, small_displacements};
 use crate::problems::solid::Solid;
 use crate::report::{Cell, Table, row};
 use crate::{Effort, StudyError};
+
+/// Bodies of chapter 6: their scenes, and the frames per second that Aras 2014 reports.
+pub(super) const BODIES: [(&str, f64); 3] = [
+    ("block-1408", 80.0),
+    ("block-436", 125.0),
+    ("liver-181", 120.0),
+];
+
+/// Models: what is added to a scene's name.
+pub(super) const MODELS: [(&str, &str); 2] = [("", "default"), ("-dissertation", "dissertation")];
 
 /// The material of chapter 6's scenes; forces scale with the modulus (Pa).
 const SOLID: Solid = Solid {
@@ -134,7 +143,7 @@ fn held(body: &Body) -> Vec<bool> {
 /// Nodes of a body and its mean sag (m) in its own model, not a number if no equilibrium was found.
 fn by_model(mut body: Body) -> (usize, f64) {
     let held = held(&body);
-    let found = sag(&mut Law(&mut body.elastic), &body.rest, &body.masses, &held);
+    let found = sag(&mut law(&mut body.elastic), &body.rest, &body.masses, &held);
     (body.rest.len(), found.unwrap_or(f64::NAN))
 }
 

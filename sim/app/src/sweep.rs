@@ -36,14 +36,6 @@ pub enum SweepError {
     /// The plan is not as it must be, or asks for a result that no run has.
     #[error(transparent)]
     Text(#[from] TextError),
-    /// A change that all cases share cannot be understood.
-    #[error("{place}: {source}")]
-    Set {
-        /// Where.
-        place: Place,
-        /// What is wrong with it.
-        source: Box<OverrideError>,
-    },
     /// A case has a value that the scene does not take.
     #[error("{place}: case {case}: {source}")]
     Refused {

@@ -14,7 +14,7 @@ use super::intrinsic::{Mechanics, Rows};
 use super::plate::Plate;
 use super::{POISSON, YOUNG, opening};
 use crate::StudyError;
-use crate::problems::model::{Law, small_displacements};
+use crate::problems::model::{law, small_displacements};
 
 /// How a cut weakens pairs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -131,7 +131,7 @@ impl<'a> CutBody<'a> {
                 };
                 small_displacements(&mut law, rest, forces, |_| free)
             }
-            None => small_displacements(&mut Law(&mut self.elastic()?), rest, forces, |_| free),
+            None => small_displacements(&mut law(&mut self.elastic()?), rest, forces, |_| free),
         }
     }
 

@@ -77,8 +77,8 @@ pub(super) fn live(arguments: &LiveArguments) -> Result<(), CliError> {
     };
     let sources = Sources::new(&scene, mesh, meshes);
     let pool = pool(arguments.threads.map(usize::from))?;
-    pool.install(|| serve(server, &scene, sources, &options))?;
-    Ok(())
+    let served = pool.install(|| serve(server, &scene, sources, &options));
+    Ok(served.map_err(Box::new)?)
 }
 
 /// Prints another address whenever someone presses Enter.

@@ -92,7 +92,7 @@ enum CliError {
     Sample(#[from] sample::SampleProblem),
     #[cfg(feature = "live")]
     #[error(transparent)]
-    Live(Box<crate::live::SessionError>),
+    Live(#[from] Box<crate::live::SessionError>),
     #[cfg(feature = "live")]
     #[error(transparent)]
     Server(#[from] phyxel_live::ServerError),
@@ -119,13 +119,6 @@ enum CliError {
     Stdout(#[from] io::Error),
     #[error("cannot put the result into JSON: {0}")]
     Json(#[from] serde_json::Error),
-}
-
-#[cfg(feature = "live")]
-impl From<crate::live::SessionError> for CliError {
-    fn from(error: crate::live::SessionError) -> Self {
-        Self::Live(Box::new(error))
-    }
 }
 
 /// A text for a terminal: what a file may hold of control characters is shown and not obeyed.

@@ -5,7 +5,6 @@ mod error;
 mod inspect;
 mod knife;
 mod markers;
-mod rigid;
 mod surfels;
 mod textured;
 mod tool;
@@ -81,11 +80,16 @@ impl Painter {
         let surfaces = surfaces.map(|own| if colored { plain.clone() } else { own });
         let images = skins.iter().flat_map(|skin| skin.images.iter().cloned());
         let images = images.filter(|_| !colored).collect();
-        let rigid = pictures.meshes.iter().map(|mesh| rigid::read(mesh, 1.0));
+        let rigid = pictures
+            .meshes
+            .iter()
+            .map(|mesh| tool::read_rigid(mesh, 1.0));
         let rigid = rigid.collect::<Result<Vec<_>, _>>()?;
         let looks = scene.tools.iter().map(|tool| {
             let looks = tool.looks.as_ref();
-            looks.map(|mesh| rigid::read(mesh, tool.scale)).transpose()
+            looks
+                .map(|mesh| tool::read_rigid(mesh, tool.scale))
+                .transpose()
         });
         let looks = looks.collect::<Result<Vec<_>, _>>()?;
         let renderer = Renderer::new(RenderSettings {

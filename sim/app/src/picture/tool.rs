@@ -1,17 +1,19 @@
-//! Tools and blades as pictures show them.
+//! Tools, blades and rigid meshes from files as pictures show them.
 
 use glam::{DQuat, DVec3};
-use phyxel_splat::DrawnMesh;
+use phyxel::World;
+use phyxel::scene::{Cut, Pose, RigidMesh, ToolShape};
+use phyxel_discretize::{ReadError, read_mesh};
+use phyxel_splat::{DrawnMesh, linear_color};
 
 use super::knife::knife;
-use super::rigid::posed;
-use phyxel::World;
-use phyxel::scene::{Cut, Pose, ToolShape};
 
 /// Time (s) for which a blade is shown before and after its stroke.
 const SHOWN: f64 = 0.15;
 /// Edge length of the piece of a plane that is shown, over the bodies' largest extent.
 const PLANE_SIZE: f64 = 1.6;
+/// Gloss of dry surfaces, as that of a surface that says nothing of it.
+const SPECULAR: f32 = 0.35;
 
 /// Meshes of all tools, and of the blades that are shown now; `looks` replace tools' shapes.
 pub(super) fn meshes(world: &World, looks: &[Option<DrawnMesh>]) -> Vec<DrawnMesh> {
@@ -68,4 +70,25 @@ fn edge_motion(cut: &Cut, time: f64) -> DVec3 {
         edge.iter().sum::<DVec3>() / f64::from(u32::try_from(edge.len()).unwrap_or(1))
     };
     middle(time + half) - middle(time - half)
+}
+
+/// The mesh of a file, placed, at a scale, and coloured.
+pub(super) fn read_rigid(spec: &RigidMesh, scale: f64) -> Result<DrawnMesh, ReadError> {
+    let mut mesh = read_mesh(&spec.file)?.mesh;
+    spec.placement().place(&mut mesh.vertices);
+    mesh.vertices.iter_mut().for_each(|vertex| *vertex *= scale);
+    Ok(DrawnMesh {
+        color: linear_color(spec.color),
+        specular: SPECULAR,
+        smooth: true,
+        ..DrawnMesh::metal(mesh.vertices, mesh.triangles)
+    })
+}
+
+/// A mesh where a pose has it.
+fn posed(mesh: &DrawnMesh, pose: &Pose) -> DrawnMesh {
+    DrawnMesh {
+        vertices: mesh.vertices.iter().map(|&v| pose.apply(v)).collect(),
+        ..mesh.clone()
+    }
 }

@@ -21,24 +21,30 @@ const MOST_CASES: usize = 100_000;
 const RESERVED: [&str; 5] = ["case", "ended", "healthy", "warnings", "error"];
 
 /// What a sweep runs.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Plan {
+    /// Version of the format.
+    version: u32,
     /// Embedded scene, scene file or mesh; relative to the plan's folder.
     pub scene: PathBuf,
     /// Changes that all cases share.
+    #[serde(default)]
     pub set: Vec<Override>,
     /// How the values of the keys are combined.
     pub design: Design,
     /// What changes from case to case, at least one.
     pub keys: Vec<SweptKey>,
     /// What is kept of each run.
+    #[serde(default = "ResultColumn::usual")]
     pub results: Vec<ResultColumn>,
     /// The plan's file and its text, for messages.
+    #[serde(skip)]
     pub(crate) source: Source,
 }
 
 /// Where a plan was written.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Source {
     file: PathBuf,
     text: String,
@@ -203,20 +209,6 @@ impl ResultColumn {
     }
 }
 
-/// The plan as it is written.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields, rename = "Plan")]
-struct Written {
-    version: u32,
-    scene: String,
-    #[serde(default)]
-    set: Vec<String>,
-    design: Design,
-    keys: Vec<SweptKey>,
-    #[serde(default)]
-    results: Option<Vec<ResultColumn>>,
-}
-
 impl Plan {
     /// Reads the plan `file` and validates all of it that does not need the scene.
     pub(crate) fn load(file: &Path) -> Result<Self, SweepError> {
@@ -235,24 +227,14 @@ impl Plan {
             text: text.to_owned(),
         };
         let origin = file.display().to_string();
-        let written: Written = parse(text, Syntax::Ron, &origin, WHOLE)?;
-        let (version, must) = (written.version, "this program reads version");
-        let must = format!("{must} {VERSION}");
+        let mut plan: Self = parse(text, Syntax::Ron, &origin, WHOLE)?;
+        let (version, must) = (
+            plan.version,
+            format!("this program reads version {VERSION}"),
+        );
         source.require(version == VERSION, "version", version, &must)?;
-        let set = written.set.iter().enumerate().map(|(index, text)| {
-            Override::parse(text).map_err(|error| SweepError::Set {
-                place: source.place(&format!("set[{index}]")),
-                source: Box::new(error),
-            })
-        });
-        let plan = Self {
-            scene: scene_path(&written.scene, file),
-            set: set.collect::<Result<_, _>>()?,
-            design: written.design,
-            keys: written.keys,
-            results: written.results.unwrap_or_else(ResultColumn::usual),
-            source,
-        };
+        plan.scene = scene_path(&plan.scene, file);
+        plan.source = source;
         plan.validate()?;
         Ok(plan)
     }
@@ -386,14 +368,10 @@ fn quoted(text: &str) -> String {
 }
 
 /// The scene as seen from the plan's folder; a name without ending that is no file is an embedded one.
-fn scene_path(scene: &str, plan: &Path) -> PathBuf {
-    let name = Path::new(scene);
-    let beside = plan
-        .parent()
-        .map_or(name.into(), |folder| folder.join(name));
-    if name.extension().is_none() && !beside.exists() {
-        name.to_owned()
-    } else {
-        beside
+fn scene_path(scene: &Path, plan: &Path) -> PathBuf {
+    let beside = plan.with_file_name(scene);
+    match scene.extension().is_none() && !beside.exists() {
+        true => scene.to_owned(),
+        false => beside,
     }
 }

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use crate::broken::broken;
 use crate::watch;
+use testkit::broken::broken;
 use testkit::cloud::Random;
 
 const SCENE: &str = include_str!("kept.ron");

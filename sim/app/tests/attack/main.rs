@@ -21,7 +21,6 @@
     reason = "a failing test names its line; random numbers are small; an attack tells its table"
 )]
 
-mod broken;
 mod checkpoints;
 mod disks;
 mod kills;

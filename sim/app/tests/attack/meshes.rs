@@ -3,9 +3,9 @@
 
 use std::path::Path;
 
-use crate::broken::broken;
 use crate::watch::{self, Ended};
 use crate::{shapes, writers};
+use testkit::broken::broken;
 use testkit::cloud::Random;
 
 /// Largest deviation of a volume: single precision, and vertices joined within 1e-9 of the size.

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::broken::broken;
 use crate::watch;
+use testkit::broken::broken;
 use testkit::cloud::Random;
 
 pub(crate) const BLOCK: &str = include_str!("block.ron");

@@ -13,20 +13,18 @@ pub(super) fn scale(checks: &mut Checks, path: &str, scale: f64) {
 pub(super) fn existing_file(checks: &mut Checks, path: &str, file: &Path, what: &str) {
     let must = match std::fs::metadata(file) {
         Ok(metadata) if metadata.is_file() => return,
-        Ok(metadata) => format!("it must name {what}, and this is {}", kind_of(&metadata)),
+        Ok(metadata) => {
+            let is = match metadata.is_dir() {
+                true => "a folder",
+                false => "a pipe or a device",
+            };
+            format!("it must name {what}, and this is {is}")
+        }
         Err(error) => {
             format!("the file cannot be read ({error}); relative paths start at the scene's folder")
         }
     };
     checks.require(false, path, format_args!("'{}'", file.display()), must);
-}
-
-fn kind_of(metadata: &std::fs::Metadata) -> &'static str {
-    if metadata.is_dir() {
-        "a folder"
-    } else {
-        "a pipe or a device"
-    }
 }
 
 /// A rigid surface that is only drawn.

@@ -3,15 +3,26 @@
 use std::fmt;
 use std::ops::Range;
 
+use serde::Deserialize;
+
 use super::error::{OverrideError, Place};
 use super::key_path::{KeyPath, Segment};
 use super::tree::{Content, Node, Syntax, line_column};
 
 /// A change of one value: `path.to.key=value`.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(try_from = "String")]
 pub struct Override {
     path: KeyPath,
     value: String,
+}
+
+impl TryFrom<String> for Override {
+    type Error = OverrideError;
+
+    fn try_from(text: String) -> Result<Self, OverrideError> {
+        Self::parse(&text)
+    }
 }
 
 impl Override {

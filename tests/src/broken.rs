@@ -1,9 +1,9 @@
 //! Files broken byte by byte.
 
-use testkit::cloud::Random;
+use crate::cloud::Random;
 
 /// Words that files are made of, and some that break them.
-const WORDS: [&str; 24] = [
+const WORDS: [&str; 26] = [
     "nan",
     "-inf",
     "1e400",
@@ -12,6 +12,8 @@ const WORDS: [&str; 24] = [
     "18446744073709551615",
     "-9223372036854775808",
     "4294967296",
+    "200000000",
+    "99999999999999999999",
     "1e-320",
     "\"",
     "((((((((((",
@@ -31,7 +33,8 @@ const WORDS: [&str; 24] = [
 ];
 
 /// Breaks a file in one to four positions.
-pub(crate) fn broken(mut bytes: Vec<u8>, random: &mut Random) -> Vec<u8> {
+#[must_use]
+pub fn broken(mut bytes: Vec<u8>, random: &mut Random) -> Vec<u8> {
     for _ in 0..=random.below(4) {
         let at = random.below(bytes.len() + 1);
         let end = (at + 1 + random.below(64)).min(bytes.len());
@@ -50,7 +53,7 @@ pub(crate) fn broken(mut bytes: Vec<u8>, random: &mut Random) -> Vec<u8> {
             }
             5 => {
                 for byte in &mut bytes[at..end] {
-                    *byte = random.bits() as u8;
+                    *byte = random.bits().to_le_bytes()[0];
                 }
             }
             6 if at < bytes.len() => bytes[at] ^= 1 << random.below(8),
@@ -58,7 +61,7 @@ pub(crate) fn broken(mut bytes: Vec<u8>, random: &mut Random) -> Vec<u8> {
             7 => {
                 let digits = (at..bytes.len()).find(|k| bytes[*k].is_ascii_digit());
                 if let Some(k) = digits {
-                    bytes[k] = b'0' + random.below(10) as u8;
+                    bytes[k] = *random.pick(b"0123456789");
                 }
             }
             _ => {
