@@ -1,4 +1,5 @@
-//! Criterion bench of `phyxel-integrate`: one step of each scheme on elastic blocks of about 1e3, 1e4 and 1e5 nodes.
+//! Criterion benches of `phyxel-integrate`: one step of each scheme, the eigenvalue, and a contact, on
+//! elastic blocks of about 1e3, 1e4 and 1e5 nodes.
 #![allow(missing_docs, reason = "criterion emits undocumented functions")]
 #![allow(clippy::unwrap_used, reason = "a bench stops where a test would fail")]
 
@@ -8,8 +9,9 @@ use benches::{ElasticBody, Solid};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
 use phyxel_integrate::{
-    BoundaryConditions, EigenvalueSettings, ExplicitScheme, ForceLaw, Implicit, ImplicitScheme,
-    ImplicitSettings, Motion, MotionSettings, NewtonSettings, Pass,
+    BoundaryConditions, Contact, ContactSettings, ContactSurface, EigenvalueSettings,
+    ExplicitScheme, ForceLaw, Implicit, ImplicitScheme, ImplicitSettings, Motion, MotionSettings,
+    NewtonSettings, Pass, Pose, RigidShape, penalty,
 };
 use time::time;
 
@@ -99,5 +101,37 @@ fn steps(c: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, steps);
+fn eigenvalue(c: &mut Criterion) {
+    let mut group = c.benchmark_group("integrate/eigenvalue");
+    group.sample_size(10);
+    for cells in CELLS {
+        let (mut body, supports) = cube(cells);
+        let n = body.rest.len();
+        group.throughput(Throughput::Elements(n as u64));
+        time(&mut group, "cold", n, || {
+            let found = body.eigenvalue(&supports, &EigenvalueSettings::default());
+            found.unwrap()
+        });
+    }
+}
+
+fn contact(c: &mut Criterion) {
+    let mut group = c.benchmark_group("integrate/contact");
+    for cells in CELLS {
+        let (body, _) = cube(cells);
+        let top = body.faces(|x| x.z > 1.0 - 1e-9);
+        let surface = ContactSurface::from_triangles(&top, &body.rest, 4).unwrap();
+        group.throughput(Throughput::Elements(surface.point_count() as u64));
+        let stiffness = penalty(SOLID.youngs_modulus, 1.0 / f64::from(cells));
+        let mut contact = Contact::new(surface, ContactSettings::new(stiffness));
+        let shape = RigidShape::Sphere { radius: 0.5 };
+        let pose = Pose::at(DVec3::new(0.5, 0.5, 1.45));
+        let mut f = vec![DVec3::ZERO; body.rest.len()];
+        time(&mut group, "sphere", body.rest.len(), || {
+            contact.add_forces(&shape, &pose, &body.rest, &mut f)
+        });
+    }
+}
+
+criterion_group!(benches, steps, eigenvalue, contact);
 criterion_main!(benches);
