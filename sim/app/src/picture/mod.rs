@@ -223,7 +223,13 @@ impl Painter {
         if self.show == Show::BladePath {
             meshes.extend(inspect::blade_paths(world));
         }
-        let camera = self.outside(&meshes);
+        let camera = if self.show == Show::Lattice {
+            let RenderSettings { width, height, .. } = self.renderer.settings();
+            let aspect = f64::from(*width) / f64::from(*height);
+            inspect::outside_of(&meshes, self.camera, aspect)
+        } else {
+            self.camera
+        };
         let mut frame = match &self.skins[..] {
             [only] if self.splat_scale >= 1.0 && inspect::has_surface(self.show) => {
                 self.renderer.draw(&only.view(), &meshes, &camera)
@@ -242,21 +248,6 @@ impl Painter {
             Overlay::new(&mut frame).legend(&scale, title);
         }
         frame
-    }
-
-    /// The camera, or one that looks the same way at all of a lattice that has grown around it.
-    fn outside(&self, meshes: &[DrawnMesh]) -> Camera {
-        let Camera {
-            eye, forward, up, ..
-        } = self.camera;
-        let all = Bounds::of(meshes.iter().flat_map(|mesh| mesh.vertices.iter().copied()));
-        let inside = eye.cmpge(all.min).all() && eye.cmple(all.max).all();
-        if self.show != Show::Lattice || !inside {
-            return self.camera;
-        }
-        let RenderSettings { width, height, .. } = self.renderer.settings();
-        let aspect = f64::from(*width) / f64::from(*height);
-        Camera::framing(all.min, all.max, forward, up, aspect)
     }
 }
 
