@@ -212,6 +212,32 @@ impl Contact {
         &self.active
     }
 
+    /// Contact pressure (Pa) at each of `node_count` nodes at the last evaluation: the mean of the points that hang on a node, by
+    /// their areas (m²) and weights' amounts; 0 where nothing presses.
+    ///
+    /// # Panics
+    /// If a point hangs on a node beyond `node_count`.
+    #[must_use]
+    pub fn pressures(&self, node_count: usize) -> Vec<f64> {
+        let (mut forces, mut areas) = (vec![0.0; node_count], vec![0.0; node_count]);
+        let mut pressures = vec![0.0; self.surface.areas.len()];
+        for active in &self.active {
+            pressures[active.point as usize] = active.pressure;
+        }
+        for group in (0..).take(self.surface.groups.len()) {
+            for point in self.surface.points(group) {
+                for (member, weight) in self.surface.weights_of(group, point) {
+                    let node = self.surface.members[member] as usize;
+                    let area = self.surface.areas[point as usize] * weight.abs();
+                    forces[node] += area * pressures[point as usize];
+                    areas[node] += area;
+                }
+            }
+        }
+        let mean = |(force, area): (f64, f64)| if area > 0.0 { force / area } else { 0.0 };
+        forces.into_iter().zip(areas).map(mean).collect()
+    }
+
     /// Nodes that carry points in contact at the last evaluation, once for each.
     pub(crate) fn touched(&self) -> impl Iterator<Item = u32> + '_ {
         self.active.iter().flat_map(|active| {

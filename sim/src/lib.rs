@@ -331,6 +331,22 @@ impl World {
         contact.map(|contact| contact.pressures(&self.bodies, body))
     }
 
+    /// Pressure (Pa) of tools at each node of a body, the largest of all tools ([`phyxel_integrate::Contact::pressures`]).
+    ///
+    /// # Panics
+    /// If there is no such body.
+    #[must_use]
+    pub fn tool_pressures(&self, body: usize) -> Vec<f64> {
+        let body = &self.bodies[body];
+        let mut largest = vec![0.0; body.rest.len()];
+        for tool in &body.contacts {
+            let pressures = tool.rigid.contact.pressures(largest.len());
+            (largest.iter_mut().zip(pressures))
+                .for_each(|(most, one)| *most = f64::max(*most, one));
+        }
+        largest
+    }
+
     /// Takes one step: blades first, then motion with the tools.
     ///
     /// # Errors

@@ -4,6 +4,7 @@ mod adapt;
 mod binding;
 mod border;
 mod carry;
+mod change;
 mod drawn;
 mod eigen;
 mod geometry;
@@ -26,6 +27,7 @@ use adapt::scatter;
 pub use binding::{Binding, WeightLaw};
 use binding::{Query, Row, Search, Sight};
 use border::Borders;
+pub use change::SurfaceChange;
 pub use drawn::DrawnTissue;
 use eigen::symmetric_eigen;
 use geometry::{

@@ -76,6 +76,9 @@ fn pressure_on_a_flat_punch_is_exact() {
     assert!((sum.area - 4.0).abs() < 1e-12, "whole area");
     // A third of each adjacent triangle: the middle node has six of area 1/2.
     assert!((f[4].z + 50.0 * 0.1).abs() < 1e-12, "{}", f[4]);
+    let pressures = contact.pressures(9);
+    let even = pressures.iter().all(|p| (p - 50.0 * 0.1).abs() < 1e-12);
+    assert!(even, "{pressures:?}");
     assert!((penalty(2.0, 0.5) - 160.0).abs() < 1e-12, "40 E / h");
 }
 

@@ -8,6 +8,9 @@ const SURFELS_PER_ROW = 64;
 const CLIPS_PER_ROW = 1024;
 /** Texels of a surfel's own; then one for each of its nodes. */
 const OWN = 4;
+/** Size of surfels that stand for others over what it was, and the part of those others' radii that they must cover. */
+const LARGER = 2;
+const COVERED = 0.8;
 /** Targets that carried surfels are drawn into. */
 const TARGETS = 5;
 
@@ -84,16 +87,27 @@ export class Body {
     this.info = info;
     this.rest = rest;
     this.surfels = 0;
+    /** Surfels that are drawn. */
+    this.count = 0;
     this.room = 0;
     this.stride = 0;
     this.nodeRows = Math.ceil(count / NODES_PER_ROW);
     // Of each node the rows of F and of a = x - F X: a surfel is carried to the mean of F X + a.
     this.maps = new Float32Array(12 * NODES_PER_ROW * this.nodeRows);
     this.nodes = texture(gl, gl.RGBA32F, 3 * NODES_PER_ROW, this.nodeRows);
+    // A number of each node that is shown as a colour, where there is one.
+    this.values = texture(gl, gl.R32F, NODES_PER_ROW, this.nodeRows);
+    this.numbersOfNodes = new Float32Array(NODES_PER_ROW * this.nodeRows);
+    this.valued = false;
     this.records = null;
     this.numbers = new Float32Array(0);
     this.changed = [Infinity, 0];
     this.targets = [];
+    /** Which surfels are drawn, and which stand for others where few are; their positions at rest never change. */
+    this.shown = null;
+    this.few = null;
+    this.seenFrom = "";
+    this.marked = new Uint8Array(count);
     this.clipNumbers = new Float32Array(4 * CLIPS_PER_ROW);
     this.clipUsed = 0;
     this.clipOf = new Map();
@@ -108,7 +122,7 @@ export class Body {
 
   dispose() {
     const { gl } = this;
-    [this.nodes, this.records, this.clips, ...this.targets].forEach((made) => made && gl.deleteTexture(made));
+    [this.nodes, this.values, this.records, this.shown, this.clips, ...this.targets].forEach((made) => made && gl.deleteTexture(made));
     gl.deleteFramebuffer(this.frame);
   }
 
@@ -128,6 +142,18 @@ export class Body {
     }
     upload(gl, this.nodes, 3 * NODES_PER_ROW, 0, this.nodeRows, maps);
     this.stale = true;
+  }
+
+  /** Takes a number of each node over that is shown as a colour; null for none. */
+  setValues(values) {
+    const { gl } = this;
+    this.valued = values !== null;
+    this.stale = true;
+    if (this.valued) {
+      this.numbersOfNodes.fill(0).set(values);
+      gl.bindTexture(gl.TEXTURE_2D, this.values);
+      gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, NODES_PER_ROW, this.nodeRows, gl.RED, gl.FLOAT, this.numbersOfNodes);
+    }
   }
 
   /** Takes surfels over: new ones, or others instead of those that were there. */
@@ -160,9 +186,11 @@ export class Body {
     const grown = new Float32Array(4 * each * this.room);
     grown.set(this.numbers);
     this.numbers = grown;
-    [this.records, ...this.targets].forEach((made) => made && gl.deleteTexture(made));
+    [this.records, this.shown, ...this.targets].forEach((made) => made && gl.deleteTexture(made));
     this.frame && gl.deleteFramebuffer(this.frame);
     this.records = texture(gl, gl.RGBA32F, SURFELS_PER_ROW * each, rows);
+    this.shown = texture(gl, gl.RG32F, SURFELS_PER_ROW, rows);
+    this.list = new Float32Array(2 * this.room);
     this.targets = Array.from({ length: TARGETS }, () => texture(gl, gl.RGBA32F, SURFELS_PER_ROW, rows));
     this.frame = framebuffer(gl, this.targets, null);
     this.changed[0] = 0;
@@ -171,6 +199,9 @@ export class Body {
   /** Takes clips over. One that grew gets another position. */
   clip({ clips }) {
     for (const { surfel, anchor, edges, walls } of clips) {
+      for (let link = 0; link < this.stride; link += 1) {
+        this.marked[this.numbers[4 * (this.each * surfel + OWN + link)]] = 1;
+      }
       const texels = 1 + edges.length / 3 + walls.length / 4;
       let place = this.clipOf.get(surfel);
       if (!place || place.texels < texels) {
@@ -218,20 +249,108 @@ export class Body {
     }
   }
 
-  /** Carries the surfels to where the nodes are: each is a texel of five targets. */
-  update(maxStretch) {
+  get isCut() {
+    return this.surfels > this.info.outer;
+  }
+
+  /** Surfels of the uncut surface that, LARGER, lie over the middles of all others, which leaves no gaps. */
+  sparse() {
+    const n = this.numbers;
+    const step = 4 * this.each;
+    const chosen = new Uint8Array(this.info.outer);
+    const end = step * chosen.length;
+    let largest = 0;
+    for (let at = 0; at < end; at += step) {
+      largest = Math.max(largest, n[at + 3]);
+    }
+    const size = (LARGER - COVERED) * largest;
+    const cells = new Map();
+    const key = (x, y, z) => (x * 4093 + y) * 4093 + z;
+    // A disk lies under one that faces the same way and reaches over most of it.
+    const under = (at, other) => {
+      const apart = Math.hypot(n[other] - n[at], n[other + 1] - n[at + 1], n[other + 2] - n[at + 2]);
+      return apart < LARGER * n[other + 3] - COVERED * n[at + 3] && n[other + 4] * n[at + 4] + n[other + 5] * n[at + 5] + n[other + 6] * n[at + 6] > 0;
+    };
+    for (let at = 0; at < end; at += step) {
+      const [x, y, z] = [Math.floor(n[at] / size), Math.floor(n[at + 1] / size), Math.floor(n[at + 2] / size)];
+      let free = true;
+      for (let i = 0; free && i < 27; i += 1) {
+        const others = cells.get(key(x + (i % 3) - 1, y + (Math.floor(i / 3) % 3) - 1, z + Math.floor(i / 9) - 1));
+        free = !others?.some((other) => under(at, other));
+      }
+      if (free) {
+        chosen[at / step] = 1;
+        const own = key(x, y, z);
+        cells.has(own) ? cells.get(own).push(at) : cells.set(own, [at]);
+      }
+    }
+    return chosen;
+  }
+
+  /** Lists the surfels that are drawn: all, those that may be seen, or (2) few and large ones of these except near cuts. */
+  choose(eye, coarse) {
+    const { list, numbers, marked, isCut } = this;
+    const { outer } = this.info;
+    if (coarse > 0 && this.surfels >= outer) {
+      this.few ??= this.sparse();
+    }
+    const step = 4 * this.each;
+    let to = 0;
+    for (let k = 0, at = 0; k < this.surfels; k += 1, at += step) {
+      const node = numbers[at + 4 * OWN];
+      const few = coarse > 0 && this.few?.[k] === 1;
+      const exact = coarse < 2 || k >= outer || marked[node] === 1;
+      // What faces away fills gaps of cut bodies.
+      if (!(exact || few) || (coarse > 0 && !(isCut && few) && this.facesAway(at, 12 * node, eye))) {
+        continue;
+      }
+      list[to] = k;
+      list[to + 1] = exact ? 1 : LARGER;
+      to += 2;
+    }
+    this.count = to / 2;
+    const { gl } = this;
+    gl.bindTexture(gl.TEXTURE_2D, this.shown);
+    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, SURFELS_PER_ROW, Math.ceil(this.count / SURFELS_PER_ROW), gl.RG, gl.FLOAT, list);
+  }
+
+  /** Whether a surfel faces away from the eye for certain, where its first node takes it. */
+  facesAway(at, m, eye) {
+    const { numbers: n, maps: f } = this;
+    const [x, y, z] = [n[at], n[at + 1], n[at + 2]];
+    const px = f[m] * x + f[m + 1] * y + f[m + 2] * z + f[m + 3] - eye[0];
+    const py = f[m + 4] * x + f[m + 5] * y + f[m + 6] * z + f[m + 7] - eye[1];
+    const pz = f[m + 8] * x + f[m + 9] * y + f[m + 10] * z + f[m + 11] - eye[2];
+    // Normals are carried by cofactors.
+    const [nx, ny, nz] = [n[at + 4], n[at + 5], n[at + 6]];
+    const cx = (f[m + 5] * f[m + 10] - f[m + 6] * f[m + 9]) * nx + (f[m + 6] * f[m + 8] - f[m + 4] * f[m + 10]) * ny + (f[m + 4] * f[m + 9] - f[m + 5] * f[m + 8]) * nz;
+    const cy = (f[m + 9] * f[m + 2] - f[m + 10] * f[m + 1]) * nx + (f[m + 10] * f[m] - f[m + 8] * f[m + 2]) * ny + (f[m + 8] * f[m + 1] - f[m + 9] * f[m]) * nz;
+    const cz = (f[m + 1] * f[m + 6] - f[m + 2] * f[m + 5]) * nx + (f[m + 2] * f[m + 4] - f[m] * f[m + 6]) * ny + (f[m] * f[m + 5] - f[m + 1] * f[m + 4]) * nz;
+    const along = px * cx + py * cy + pz * cz;
+    return along > 0 && along * along > 0.09 * (px * px + py * py + pz * pz) * (cx * cx + cy * cy + cz * cz);
+  }
+
+  /** Carries the surfels that are drawn to where the nodes are: each is a texel of five targets. */
+  update(eye, coarse, maxStretch) {
     this.refresh();
-    if (!this.stale || this.surfels === 0) {
+    // All are drawn from everywhere.
+    const from = coarse > 0 ? [coarse, ...eye].join() : "";
+    if (this.surfels === 0 || (!this.stale && this.seenFrom === from)) {
       return;
     }
+    if (coarse > 0 || this.seenFrom !== from || this.count !== this.surfels) {
+      this.choose(eye, coarse);
+    }
+    this.seenFrom = from;
     this.stale = false;
     const { gl, carry } = this;
     gl.useProgram(carry.made);
-    bind(gl, carry.uniforms, { records: this.records, nodes: this.nodes });
+    bind(gl, carry.uniforms, { records: this.records, nodes: this.nodes, shown: this.shown, values: this.values });
+    gl.uniform1i(carry.uniforms.valued, this.valued);
     gl.uniform1i(carry.uniforms.stride, this.stride);
     gl.uniform1f(carry.uniforms.maxStretch, maxStretch);
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.frame);
-    gl.viewport(0, 0, SURFELS_PER_ROW, Math.ceil(this.surfels / SURFELS_PER_ROW));
+    gl.viewport(0, 0, SURFELS_PER_ROW, Math.ceil(this.count / SURFELS_PER_ROW));
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 

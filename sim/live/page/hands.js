@@ -62,7 +62,7 @@ export class Hands {
     }
     if (stage.past.shown) {
       // What was cannot be changed: back to what is.
-      stage.lookBack(1);
+      stage.lookBack(stage.past.now);
       return;
     }
     this.place(null);

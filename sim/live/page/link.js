@@ -96,6 +96,11 @@ export class Link {
     }
   }
 
+  /** Bytes that were sent and have not left yet. */
+  get waiting() {
+    return this.socket?.bufferedAmount ?? 0;
+  }
+
   /** Asks for something in JSON. */
   ask(control) {
     this.socket?.readyState === WebSocket.OPEN && this.socket.send(JSON.stringify(control));

@@ -85,10 +85,18 @@ class Stage {
     const { canvas } = this;
     const size = [canvas.clientWidth, canvas.clientHeight].map((length) => Math.max(1, Math.round(length * ratio)));
     this.renderer.supersampling = Math.max(samples, 1);
-    this.renderer.coarse = samples < 1;
+    this.renderer.coarse = samples >= 1 ? 0 : samples < 0.6 ? 2 : 1;
     if (canvas.width !== size[0] || canvas.height !== size[1]) {
       [canvas.width, canvas.height] = size;
     }
+  }
+
+  /** Colours the surface by something, which the server sends where it must. */
+  color(by) {
+    this.renderer.coloring = by;
+    this.link.ask({ do: "color", by });
+    this.state && this.renderer.setValues(this.state);
+    this.touch();
   }
 
   /** Time stands while all pages are hidden. */
@@ -101,6 +109,7 @@ class Stage {
     switch (told.type) {
       case "hello":
         this.watch();
+        this.link.ask({ do: "color", by: this.renderer.coloring });
         break;
       case "scene":
         this.begin(told);
@@ -128,7 +137,7 @@ class Stage {
     this.unseen = null;
     this.hands.active = null;
     this.pad.forget();
-    this.past.clear();
+    this.past.clear(scene.length);
     this.renderer.setScene(scene);
     this.tools = new Tools(this.renderer.gl, scene);
     if (!same) {
@@ -170,6 +179,7 @@ class Stage {
         this.unseen = message;
         this.past.keep(message);
         this.past.shown || this.show(message);
+        this.past.length > 0 && !this.past.shown && this.panel.past(this.past.share);
         if (document.hidden) {
           // Nothing is drawn, and nobody shall wait.
           this.link.acknowledge(message);
@@ -189,12 +199,17 @@ class Stage {
     this.time = state.time;
     this.stepSize = state.stepSize;
     state.bodies.forEach((moved, k) => this.renderer.bodies[k]?.move(moved));
+    this.renderer.setValues(state);
     this.touch();
   }
 
-  /** Shows what was at a fraction of the time so far, while time stands; 1 for what is. */
+  /** Shows what was at a fraction of the time, while time stands; 1 for what is. Of a recording what was not played yet is played at once. */
   lookBack(share) {
-    if (share < 1 && this.panel.playing) {
+    const left = this.past.timeOf(share) - (this.newest?.time ?? Infinity);
+    if (this.past.length > 0 && left > 0) {
+      this.link.ask({ do: "step", steps: Math.ceil(left / this.stepSize) });
+    }
+    if (share < this.past.now && this.panel.playing) {
       this.link.ask({ do: "pause" });
     }
     this.hands.cancel();
@@ -206,7 +221,7 @@ class Stage {
   showPast() {
     const state = this.past.shown ?? this.newest;
     state && this.show(state);
-    this.panel.past(this.past.share, state && state.time - this.newest.time);
+    this.panel.past(this.past.share, state && this.past.shown && state.time - this.newest.time);
   }
 
   frame(now) {
@@ -327,11 +342,15 @@ class Stage {
   }
 
   async sendMesh(file, extension) {
-    this.panel.curtain(`Filling ${file.name} with nodes …`);
     const content = new Uint8Array(await file.arrayBuffer());
     for (let at = 0; at < content.length; at += PIECE) {
       this.link.send(encodeMesh(content.length, at, extension, content.subarray(at, at + PIECE)));
+      this.panel.curtain(`Sending ${file.name} …`, at / content.length);
+      while (this.link.waiting > PIECE) {
+        await new Promise((done) => setTimeout(done, 20));
+      }
     }
+    this.panel.curtain(`Filling ${file.name} with nodes …`, null);
   }
 }
 

@@ -1,6 +1,7 @@
 // Buttons, sliders, figures and messages.
 import { Plot } from "./plot.js";
 import { GRIP } from "./protocol.js";
+import { COLORINGS } from "./renderer.js";
 import { STOPS } from "./shaders.js";
 
 const get = (id) => document.getElementById(id);
@@ -48,7 +49,7 @@ export class Panel {
     Object.entries(this.actions).forEach(([id, action]) => get(id).addEventListener("click", action));
     document.querySelectorAll("[data-mode]").forEach((button) => button.addEventListener("click", () => this.choose(button.dataset.mode)));
     document.querySelectorAll("[data-unit]").forEach((button) => button.addEventListener("click", () => this.sure("Build the mesh in another unit?", "Build it", () => {
-      this.curtain("Building the mesh …");
+      this.curtain("Building the mesh …", null);
       link.ask({ do: "unit", metres: +button.dataset.unit });
     })));
     document.querySelectorAll("button").forEach((button) => button.addEventListener("click", (event) => {
@@ -56,12 +57,12 @@ export class Panel {
       event.detail > 0 && button.blur();
     }));
     get("scenes").addEventListener("change", ({ target }) => {
-      const name = target.value;
+      const { value: name, selectedOptions: [option] } = target;
       target.blur();
       target.value = stage.scene.name;
       this.sure(`Show ${name}?`, "Show it", () => {
-        this.curtain("Building the scene …");
-        link.ask({ do: "scene", name });
+        this.curtain("Building the scene …", null);
+        link.ask({ do: option.dataset.do ?? "scene", name });
       });
     });
     get("past").addEventListener("input", ({ target }) => stage.lookBack(target.value / target.max));
@@ -79,7 +80,7 @@ export class Panel {
         shown = true;
         const now = value();
         live || this.sure("Build the tissue with another stiffness?", "Build it", () => {
-          this.curtain("Building the tissue …");
+          this.curtain("Building the tissue …", null);
           link.ask({ do: "set", [key]: now });
         });
       });
@@ -91,11 +92,11 @@ export class Panel {
       };
     };
     this.sliders = [slide("gravity", (x) => `${x.toFixed(1)} m/s²`, "gravity", true), slide("damping", (x) => `${x.toFixed(1)} 1/s`, "damping", true), slide("stiffness", kilo, "stiffness", false)];
+    get("coloring").append(...Object.keys(COLORINGS).map((name) => new Option(name)));
     get("coloring").addEventListener("change", ({ target }) => {
       target.blur();
-      stage.renderer.coloring = target.selectedIndex;
+      stage.color(target.value);
       this.legend();
-      stage.touch();
     });
     get("legend").style.background = `linear-gradient(90deg, ${STOPS.map((stop) => `rgb(${stop.map((x) => 255 * x)})`)})`;
     addEventListener("keydown", (event) => this.key(event));
@@ -157,7 +158,7 @@ export class Panel {
       const option = new Option(name, name, name === scene.name, name === scene.name);
       option.title = summary;
       return option;
-    }));
+    }), ...this.recordings(scene.recordings));
     get("description").textContent = scene.description;
     get("units").hidden = !scene.unit;
     get("units").firstElementChild.textContent = `The mesh is ${lengthOf(Math.max(...scene.high.map((x, k) => x - scene.low[k])))} long. Its numbers are in`;
@@ -170,11 +171,24 @@ export class Panel {
     this.curtain(null);
   }
 
+  /** What can be played again, for the list of scenes. */
+  recordings(names) {
+    const group = document.createElement("optgroup");
+    group.label = "Recordings";
+    group.append(...names.map((name) => {
+      const option = new Option(name);
+      option.dataset.do = "open";
+      return option;
+    }));
+    return names.length ? [group] : [];
+  }
+
   /** The scale of what colours the surface. */
   legend() {
     const { coloring, most } = this.stage.renderer;
-    get("legend").hidden = coloring === 0;
-    get("coloring-most").textContent = ["", `0 – ${lengthOf(most)}`, `0 – ${100 * most} %`][coloring];
+    get("legend").hidden = coloring === "tissue";
+    const words = { tissue: "", moved: lengthOf(most), strain: `${100 * most} %` }[coloring] ?? `${most / 1000} kPa`;
+    get("coloring-most").textContent = words && `0 – ${words}`;
   }
 
   depth(share) {
@@ -185,7 +199,7 @@ export class Panel {
   /** Shows where in the time so far the picture is, and how long (s) after now, which is never above zero. */
   past(share, after) {
     get("past").value = share * get("past").max;
-    get("past-value").textContent = share < 1 ? `${after.toFixed(1)} s` : "now";
+    get("past-value").textContent = after ? `${after.toFixed(1)} s` : "now";
   }
 
   /** Shows how long a length is in the middle of the picture, and where the axes point. */
@@ -204,8 +218,11 @@ export class Panel {
     });
   }
 
-  /** Words over everything; none takes them away. */
-  curtain(text) {
+  /** Words over everything; none takes them away. `share`: how much is done, null where nobody knows. */
+  curtain(text, share) {
+    const progress = get("progress");
+    progress.hidden = share === undefined;
+    share === null || share === undefined ? progress.removeAttribute("value") : (progress.value = share);
     get("curtain").classList.toggle("gone", !text);
     if (text) {
       get("curtain-text").textContent = text;
@@ -262,7 +279,7 @@ export class Panel {
       return;
     }
     const p95 = this.latency(0.95);
-    const pace = s.settling ? "coming to rest" : !s.playing ? "paused" : `${s.real_time.toFixed(2)} ×`;
+    const pace = s.settling ? "coming to rest" : !s.playing ? "paused" : `${s.replaying ? "recorded, " : ""}${s.real_time.toFixed(2)} ×`;
     const rows = [
       ["Real time", pace, s.playing && !s.settling ? (s.real_time > 0.9 ? "good" : "bad") : ""],
       ["Simulated", `${this.stage.time.toFixed(2)} s`],

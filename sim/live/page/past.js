@@ -10,7 +10,9 @@ export class Past {
     this.clear();
   }
 
-  clear() {
+  /** Forgets all; `length` (s): when a recording ends that is played. */
+  clear(length = 0) {
+    this.length = length;
     this.states = [];
     this.apart = APART;
     /** The state that is looked at again; null for the newest. */
@@ -31,11 +33,21 @@ export class Past {
     }
   }
 
-  /** Shows what was at a fraction of the time since the first state; nothing at its end. */
+  /** Times (s) at which the bar begins and ends: since the first state, up to a recording's end. */
+  get ends() {
+    const { states } = this;
+    return states.length ? [states[0].time, Math.max(states[states.length - 1].time, this.length)] : [0, 0];
+  }
+
+  timeOf(share) {
+    const [begin, end] = this.ends;
+    return begin + share * (end - begin);
+  }
+
+  /** Shows what was at a fraction of the bar; nothing where the newest is. */
   look(share) {
-    const [first, last] = [this.states[0], this.states[this.states.length - 1]];
     this.run = null;
-    this.shown = share < 1 && last ? this.at(first.time + share * (last.time - first.time)) : null;
+    this.shown = share < this.now ? this.at(this.timeOf(share)) : null;
   }
 
   /** The newest state up to a time (s). */
@@ -60,9 +72,17 @@ export class Past {
     return this.shown !== before;
   }
 
-  /** Fraction of the time since the first state at which the one is that is shown. */
+  /** Fraction of the bar at which a state is; 1 for the newest where no recording goes on. */
+  shareOf(state) {
+    const [begin, end] = this.ends;
+    return state && end > begin ? Math.min((state.time - begin) / (end - begin), 1) : 1;
+  }
+
+  get now() {
+    return this.shareOf(this.states[this.states.length - 1]);
+  }
+
   get share() {
-    const [first, last] = [this.states[0], this.states[this.states.length - 1]];
-    return this.shown ? (this.shown.time - first.time) / (last.time - first.time) : 1;
+    return this.shown ? this.shareOf(this.shown) : this.now;
   }
 }

@@ -45,6 +45,8 @@ export function decode(buffer) {
       [state.kinetic, state.elastic, state.balance] = floats(72, 3);
       state.grip = Array.from(floats(84, 3));
       const [bodies, tools, points] = [u32(12), u32(96), u32(100)];
+      state.values = start > 104 ? u32(104) : 0;
+      const quantities = [1, 2].filter((bit) => state.values & bit).length;
       let at = start;
       state.tools = [];
       for (let k = 0; k < tools; k += 1, at += 56) {
@@ -58,8 +60,11 @@ export function decode(buffer) {
         const count = u32(at);
         const positions = floats(at + 4, 3 * count);
         at += 4 + 12 * count;
-        state.bodies.push({ count, positions, gradients: new Uint16Array(buffer, at, 9 * count) });
+        const gradients = new Uint16Array(buffer, at, 9 * count);
         at += Math.ceil((18 * count) / 4) * 4;
+        const values = Array.from({ length: quantities }, (_, k) => floats(at + 4 * k * count, count));
+        at += 4 * quantities * count;
+        state.bodies.push({ count, positions, gradients, values });
       }
       return state;
     }

@@ -1,6 +1,6 @@
 // How finely is drawn: coarser while pictures come slowly, fine when nothing moves.
 
-/** Samples to a side of a pixel, from fine to coarse. */
+/** Samples to a side of a pixel, from fine to coarse; below 0.6 of few and larger disks. */
 const LEVELS = [2, 1, 0.7, 0.5, 0.35];
 /** Time (ms) between pictures above which they get coarser, and below which finer. */
 const SLOW = 45;
@@ -14,7 +14,7 @@ export class Quality {
   constructor(software) {
     // A processor takes seconds for four samples.
     this.finest = software ? 1 : 0;
-    this.level = this.finest + (software ? 1 : 0);
+    this.level = this.finest + (software ? 2 : 0);
     this.drawn = false;
     this.forget();
     this.triedAt = 0;

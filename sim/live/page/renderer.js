@@ -1,7 +1,16 @@
 // Draws bodies and tools: nearness, sums, light. No sorting.
 import { Body, bind, carryProgram, framebuffer, program, texture } from "./body.js";
 import { add, length, sub, unit } from "./camera.js";
-import { NEARNESS, TOOL, blend, resolve } from "./shaders.js";
+import { BACKGROUND, BLEND, NEARNESS, POINT, RESOLVE, TOOL } from "./shaders.js";
+
+/** What colours surfaces: the value of the last colour by size (m) and modulus (Pa), and the bit of what the server sends for it. */
+export const COLORINGS = {
+  tissue: { most: () => 1 },
+  moved: { most: (size) => size / 8 },
+  strain: { most: () => 0.5 },
+  stress: { most: (_, modulus) => modulus / 4, bit: 1 },
+  contact: { most: (_, modulus) => modulus / 2, bit: 2 },
+};
 
 export class Renderer {
   constructor(canvas) {
@@ -16,29 +25,32 @@ export class Renderer {
     this.gl = gl;
     this.canvas = canvas;
     this.carry = carryProgram(gl);
-    this.near = program(gl, NEARNESS);
+    Object.entries({ near: NEARNESS, blend: BLEND, resolve: RESOLVE, point: POINT, behind: BACKGROUND }).forEach(([name, source]) => (this[name] = program(gl, source)));
     this.tool = program(gl, TOOL);
-    this.nothing = gl.createVertexArray();
+    this.nocoarseg = gl.createVertexArray();
     this.bodies = [];
     this.scene = null;
     this.supersampling = 1;
-    /** Coarse: the nearest disk is seen alone, in one pass; else disks blend, with a relief finer than they are. */
-    this.coarse = false;
-    this.painting = new Map();
+    /** 0: disks blend, with a relief finer than they are; 1: the nearest is seen alone, in one pass; 2: so are fewer and larger ones. */
+    this.coarse = 0;
     this.size = [0, 0];
     /** Whether there is a floor below the bodies. */
     this.ground = true;
-    /** What colours the surface: 0 its own colours, 1 displacement, 2 strain. */
-    this.coloring = 0;
+    /** What colours the surface: a name of COLORINGS. */
+    this.coloring = "tissue";
   }
 
-  /** Value of a scale's last colour: an eighth of the bodies' size (m), rounded, or a strain. */
+  /** Value of a scale's last colour, of one digit: of the bodies' size (m) and Young's modulus (Pa). */
   get most() {
-    if (this.coloring === 2) {
-      return 0.5;
-    }
-    const size = length(sub(this.scene.high, this.scene.low)) / 8;
-    return Number(size.toPrecision(1));
+    const { scene, coloring } = this;
+    return Number(COLORINGS[coloring].most(length(sub(scene.high, scene.low)), scene.values[2]).toPrecision(1));
+  }
+
+  /** Takes what the nodes of a state have a number of that is shown as a colour. */
+  setValues(state) {
+    const { bit } = COLORINGS[this.coloring];
+    const at = bit === 2 && state.values & 1 ? 1 : 0;
+    this.bodies.forEach((body, k) => body?.setValues(bit && state.bodies[k] ? (state.values & bit ? state.bodies[k].values[at] : new Float32Array(1)) : null));
   }
 
   /** Name of the graphics card. */
@@ -62,26 +74,23 @@ export class Renderer {
     this.bodies[body] = new Body(this.gl, this.carry, count, rest, this.scene.bodies[body]);
   }
 
-  /** Makes programs, and pictures in between as large as the canvas. */
+  /** Makes pictures in between as large as the canvas. */
   fit() {
     const { gl, canvas, coarse } = this;
-    if (!this.painting.has(coarse)) {
-      this.painting.set(coarse, { blend: program(gl, blend(!coarse)), resolve: program(gl, resolve(!coarse)) });
-    }
-    Object.assign(this, this.painting.get(coarse));
     const [width, height] = [canvas.width * this.supersampling, canvas.height * this.supersampling];
     if (this.size[0] === width && this.size[1] === height && this.sums.length === (coarse ? 2 : 3)) {
       return;
     }
     this.size = [width, height];
     [this.seen, ...(this.sums ?? [])].forEach((made) => made && gl.deleteTexture(made));
-    [this.first, this.second].forEach((made) => made && gl.deleteFramebuffer(made));
+    [this.first, this.second, this.third].forEach((made) => made && gl.deleteFramebuffer(made));
     this.seen = texture(gl, gl.DEPTH_COMPONENT32F, width, height);
-    // Without sums there is nothing to blend, and software writes whole numbers faster than halves.
-    const formats = coarse ? [gl.RGBA32F, gl.RGBA32F] : [gl.RGBA16F, gl.RGBA16F, this.blendsSingle ? gl.RGBA32F : gl.RGBA16F];
+    const formats = coarse ? [gl.RGBA8, gl.RGBA8] : [gl.RGBA16F, gl.RGBA16F, this.blendsSingle ? gl.RGBA32F : gl.RGBA16F];
     this.sums = formats.map((format) => texture(gl, format, width, height));
     this.first = framebuffer(gl, [], this.seen);
-    this.second = framebuffer(gl, this.sums, this.seen);
+    this.second = framebuffer(gl, coarse ? [this.sums[0]] : this.sums, this.seen);
+    this.third = coarse ? framebuffer(gl, [this.sums[1]], null) : null;
+    this.backed = "";
   }
 
   /** Uses a program and sets what all need to know of the camera. */
@@ -96,71 +105,106 @@ export class Renderer {
     gl.uniform1f(uniforms.nearest, 0.02 * camera.distance);
   }
 
-  /** Draws all disks of all bodies; \`gaps\`: cut bodies' disks that face away too. */
+  /** Draws all disks of all bodies as triangles, or as points; `gaps`: cut bodies' disks that face away too. */
   splats(used, camera, gaps) {
     const { gl } = this;
     const { uniforms } = used;
     this.look(used, camera);
     gl.uniform1f(uniforms.samples, this.size[1]);
-    gl.uniform1f(uniforms.tolerance, this.coarse ? 0 : this.scene.tolerance);
-    gl.uniform1i(uniforms.coloring, this.coloring);
+    gl.uniform1f(uniforms.tolerance, this.scene.tolerance);
+    gl.uniform1i(uniforms.coloring, Object.keys(COLORINGS).indexOf(this.coloring));
     gl.uniform1f(uniforms.most, this.most);
-    for (const body of this.bodies.filter((body) => body.surfels > 0)) {
+    for (const body of this.bodies.filter((body) => body.count > 0)) {
       const [carried0, carried1, carried2, carried3, carried4] = body.targets;
-      bind(gl, uniforms, { carried0, carried1, carried2, carried3, clips: body.clips, records: body.records, ...(used === this.blend ? { carried4 } : {}) });
-      gl.uniform1i(uniforms.gaps, gaps && body.surfels > body.info.outer);
+      bind(gl, uniforms, { carried0, carried1, carried2, carried3, shown: body.shown, clips: body.clips, records: body.records, ...(used === this.near ? {} : { carried4 }) });
+      gl.uniform1i(uniforms.gaps, gaps && body.isCut);
       gl.uniform1i(uniforms.stride, body.stride);
       gl.uniform3fv(uniforms.inside, body.info.inside);
       gl.uniform4fv(uniforms.surfaces, surfacesOf(body.info));
-      gl.drawArrays(gl.TRIANGLES, 0, 3 * body.surfels);
+      used === this.point ? gl.drawArrays(gl.POINTS, 0, body.count) : gl.drawArrays(gl.TRIANGLES, 0, 3 * body.count);
     }
   }
 
-  /** Draws everything. \`tools\`: meshes with position, turn, colour and opacities. */
-  draw(camera, tools) {
+  /** Sets what the colours behind the bodies depend on. */
+  setBehind(uniforms) {
     const { gl } = this;
-    if (!this.scene) {
-      return;
-    }
-    this.fit();
-    gl.bindVertexArray(this.nothing);
-    gl.disable(gl.BLEND);
-    gl.disable(gl.DEPTH_TEST);
-    this.bodies.forEach((body) => body.update(this.scene.max_stretch));
-    gl.viewport(0, 0, ...this.size);
-    gl.bindFramebuffer(gl.FRAMEBUFFER, this.first);
-    gl.clearBufferfv(gl.DEPTH, 0, [1]);
-    gl.enable(gl.DEPTH_TEST);
-    gl.depthFunc(gl.LEQUAL);
-    if (!this.coarse) {
-      this.splats(this.near, camera, false);
-      gl.depthMask(false);
-      gl.enable(gl.BLEND);
-      gl.blendFunc(gl.ONE, gl.ONE);
-    }
-    gl.bindFramebuffer(gl.FRAMEBUFFER, this.second);
-    this.sums.forEach((_, k) => gl.clearBufferfv(gl.COLOR, k, [0, 0, 0, 0]));
-    this.splats(this.blend, camera, true);
-    gl.depthMask(true);
-    gl.disable(gl.BLEND);
-    gl.disable(gl.DEPTH_TEST);
-    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-    gl.viewport(0, 0, this.canvas.width, this.canvas.height);
-    const { uniforms } = this.resolve;
-    this.look(this.resolve, camera);
-    bind(gl, uniforms, { sumNormal: this.sums[0], sumColor: this.sums[1], ...(this.coarse ? {} : { sumPoint: this.sums[2] }) });
-    gl.uniform1i(uniforms.supersampling, this.supersampling);
     gl.uniform2fv(uniforms.size, this.size);
-    gl.uniform4fv(uniforms.surfaces, surfacesOf(this.scene.bodies[0]));
     gl.uniform3fv(uniforms.top, this.scene.background[0]);
     gl.uniform3fv(uniforms.bottom, this.scene.background[1]);
     const { low, high } = this.scene;
     const span = length(sub(high, low));
     gl.uniform4f(uniforms.ground, 0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), low[2] - 0.15 * span, this.ground ? 1.6 * span : 0);
     gl.uniform1f(uniforms.lines, 10 ** Math.round(Math.log10(span) - 0.8));
-    gl.drawArrays(gl.TRIANGLES, 0, 3);
+  }
+
+  /** Draws everycoarseg. `tools`: meshes with position, turn, colour and opacities. */
+  draw(camera, tools) {
+    const { gl, canvas } = this;
+    if (!this.scene) {
+      return;
+    }
+    this.fit();
+    gl.bindVertexArray(this.nocoarseg);
+    gl.disable(gl.BLEND);
+    gl.disable(gl.DEPTH_TEST);
+    this.bodies.forEach((body) => body.update(camera.eye, this.coarse, this.scene.max_stretch));
+    gl.viewport(0, 0, ...this.size);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.first);
+    gl.clearBufferfv(gl.DEPTH, 0, [1]);
+    gl.enable(gl.DEPTH_TEST);
+    gl.depthFunc(gl.LEQUAL);
+    this.coarse ? this.drawPoints(camera) : this.drawBlended(camera);
+    gl.disable(gl.DEPTH_TEST);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.viewport(0, 0, canvas.width, canvas.height);
+    this.coarse || this.drawResolved(camera);
     this.drawTools(camera, tools);
     gl.bindVertexArray(null);
+  }
+
+  drawPoints(camera) {
+    const { gl, canvas } = this;
+    // What is behind changes with the view alone.
+    const view = [...camera.eye, ...camera.target, camera.focal, ...this.size, this.ground].join();
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.third);
+    if (this.backed !== view) {
+      this.backed = view;
+      gl.disable(gl.DEPTH_TEST);
+      this.look(this.behind, camera);
+      this.setBehind(this.behind.uniforms);
+      gl.drawArrays(gl.TRIANGLES, 0, 3);
+      gl.enable(gl.DEPTH_TEST);
+    }
+    gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, this.second);
+    gl.blitFramebuffer(0, 0, ...this.size, 0, 0, ...this.size, gl.COLOR_BUFFER_BIT, gl.NEAREST);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.second);
+    this.splats(this.point, camera, true);
+    gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, null);
+    gl.blitFramebuffer(0, 0, ...this.size, 0, 0, canvas.width, canvas.height, gl.COLOR_BUFFER_BIT, gl.NEAREST);
+  }
+
+  drawBlended(camera) {
+    const { gl } = this;
+    this.splats(this.near, camera, false);
+    gl.depthMask(false);
+    gl.enable(gl.BLEND);
+    gl.blendFunc(gl.ONE, gl.ONE);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.second);
+    this.sums.forEach((_, k) => gl.clearBufferfv(gl.COLOR, k, [0, 0, 0, 0]));
+    this.splats(this.blend, camera, true);
+    gl.depthMask(true);
+    gl.disable(gl.BLEND);
+  }
+
+  drawResolved(camera) {
+    const { gl } = this;
+    const { uniforms } = this.resolve;
+    this.look(this.resolve, camera);
+    bind(gl, uniforms, { sumNormal: this.sums[0], sumColor: this.sums[1], sumPoint: this.sums[2] });
+    gl.uniform1i(uniforms.supersampling, this.supersampling);
+    gl.uniform4fv(uniforms.surfaces, surfacesOf(this.scene.bodies[0]));
+    this.setBehind(uniforms);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 
   /** What the card comes to when all is drawn that it was told to draw. */

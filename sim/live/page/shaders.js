@@ -20,6 +20,8 @@ vec3 firstTangent(vec3 n) {
 /** Numbers of a surfel: OWN texels of its own, then one for each of its nodes. */
 const RECORD = `
 uniform sampler2D records;
+/** Of each disk that may be seen: which surfel it is, and its size over the surfel's. */
+uniform sampler2D shown;
 uniform int stride;
 const int PER_ROW = 64;
 const int OWN = 4;
@@ -40,6 +42,9 @@ export const CARRY = {
   vertex: WHOLE,
   fragment: `${HEAD}${TANGENTS}${RECORD}
 uniform sampler2D nodes;
+/** A number of each node, carried instead of the strain where there is one. */
+uniform sampler2D values;
+uniform bool valued;
 uniform float maxStretch;
 layout(location = 0) out vec4 out0;
 layout(location = 1) out vec4 out1;
@@ -51,14 +56,16 @@ vec3 clampLength(vec3 v, float most) {
   return size > most ? v * (most / size) : v;
 }
 void main() {
-  int i = int(gl_FragCoord.y) * PER_ROW + int(gl_FragCoord.x);
+  vec2 which = texelFetch(shown, ivec2(gl_FragCoord.xy), 0).xy;
+  int i = int(which.x);
   vec4 place = record(i, 0);
   vec3 n = record(i, 1).xyz;
   vec3 shape = record(i, 2).xyz;
   vec4 rest = vec4(place.xyz, 1.0);
-  float radius = place.w;
+  float radius = place.w * which.y;
   vec3 first = vec3(0.0), at = vec3(0.0), driftU = vec3(0.0), driftV = vec3(0.0);
   mat3 rows = mat3(0.0);
+  float value = 0.0;
   for (int k = 0; k < stride; k += 1) {
     vec4 link = record(i, OWN + k);
     int j = int(link.x);
@@ -71,6 +78,7 @@ void main() {
     rows += mat3(r0.xyz, r1.xyz, r2.xyz) * link.y;
     driftU += aside * link.z;
     driftV += aside * link.w;
+    if (valued) value += texelFetch(values, ivec2(j % 341, j / 341), 0).x * link.y;
   }
   vec3 t0 = firstTangent(n);
   vec3 t1 = cross(n, t0);
@@ -91,7 +99,7 @@ void main() {
   vec3 stretch = vec3(dot(rows[0], rows[0]), dot(rows[1], rows[1]), dot(rows[2], rows[2]));
   vec3 mixed = vec3(dot(rows[0], rows[1]), dot(rows[1], rows[2]), dot(rows[2], rows[0]));
   stretch -= dot(stretch, vec3(1.0 / 3.0));
-  out0 = vec4(first + at, sqrt((dot(stretch, stretch) + 2.0 * dot(mixed, mixed)) / 6.0));
+  out0 = vec4(first + at, valued ? value : sqrt((dot(stretch, stretch) + 2.0 * dot(mixed, mixed)) / 6.0));
   out1 = vec4(u, bendV.x);
   out2 = vec4(v, bendV.y);
   out3 = vec4(n, record(i, 3).w);
@@ -121,32 +129,24 @@ vec3 scaleColor(float value) {
 }
 `;
 
-/** A triangle about each disk, in its plane. Software draws plain triangles several times as fast as instances of a quad. */
-const splatVertex = (paint, relief) => `${HEAD}${TANGENTS}${RECORD}${CAMERA}
+/** A disk before the camera: what is drawn of it, and where. Those that are not seen end here. */
+const DISK = `${HEAD}${TANGENTS}${RECORD}${CAMERA}${SCALE}
 uniform sampler2D carried0;
 uniform sampler2D carried1;
 uniform sampler2D carried2;
 uniform sampler2D carried3;
 uniform sampler2D carried4;
 uniform float samples;
-uniform float tolerance;
 uniform bool gaps;
 uniform vec4 surfaces[4];
-/** What colours the surface: nothing, displacement (m), strain; and the value of the last colour. */
+/** What colours the surface: nothing, displacement (m), or what was carried; and the value of the last colour. */
 uniform int coloring;
 uniform float most;
-out vec2 disk;
 flat out float radius; flat out float overhang; flat out int clipAt;
-${paint ? `
-flat out int back;
-flat out vec3 facing; flat out vec3 bend0; flat out vec3 bend1; flat out vec4 color;` : ""}
-${relief ? "flat out vec4 point; flat out vec3 along0; flat out vec3 along1;" : ""}
-${paint ? SCALE : ""}
-const vec2 CORNERS[3] = vec2[3](vec2(0.0, 2.0), vec2(-1.7320508, -1.0), vec2(1.7320508, -1.0));
-void main() {
+`;
+const project = (of) => `
   gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
-  int i = gl_VertexID / 3;
-  ivec2 at = ivec2(i % PER_ROW, i / PER_ROW);
+  ivec2 at = ivec2((${of}) % PER_ROW, (${of}) / PER_ROW);
   vec4 place = texelFetch(carried0, at, 0), turned = texelFetch(carried3, at, 0);
   vec3 arm = place.xyz - eye;
   float cosine = dot(turned.xyz, arm) / length(arm);
@@ -160,28 +160,40 @@ void main() {
   vec3 g = cross(cu, cv);
   if (abs(dot(g, c)) <= 1e-4 * length(g) * length(c)) return;
   if (cu.z * cu.z + cv.z * cv.z >= 0.96 * depth * depth) return;
-  disk = CORNERS[gl_VertexID % 3];
-  gl_Position = onScreen(c + cu * disk.x + cv * disk.y);
-  radius = record(i, 0).w;
+  vec2 which = texelFetch(shown, at, 0).xy;
+  int i = int(which.x);
+  vec4 rest = record(i, 0);
+  radius = rest.w * which.y;
   overhang = 0.6 * depth / (focal * samples);
   clipAt = int(turned.w) - 1;
+`;
+/** Colour of the disk and strength of its highlight; normal and its changes along the axes, before the camera. */
+const PAINT = `
+  vec4 normal = record(i, 1);
+  vec4 surface = surfaces[min(int(normal.w), 3)];
+  vec4 bend = texelFetch(carried4, at, 0);
+  vec3 facing = turned.xyz * axes, bend0 = bend.xyz * axes, bend1 = vec3(u.w, v.w, bend.w) * axes;
+  vec4 color = vec4(record(i, 3).xyz, surface.x);
+  if (coloring > 0) color.xyz = scaleColor((coloring == 1 ? distance(place.xyz, rest.xyz) : place.w) / most);
+`;
+
+/** A triangle about each disk, in its plane. Software draws plain triangles several times as fast as instances of a quad. */
+const splatVertex = (paint) => `${DISK}
+uniform float tolerance;
+out vec2 disk;
+${paint ? "flat out int back; flat out vec3 towards; flat out vec3 turn0; flat out vec3 turn1; flat out vec4 tint; flat out vec4 point; flat out vec3 along0; flat out vec3 along1;" : ""}
+const vec2 CORNERS[3] = vec2[3](vec2(0.0, 2.0), vec2(-1.7320508, -1.0), vec2(1.7320508, -1.0));
+void main() {${project("gl_VertexID / 3")}
+  disk = CORNERS[gl_VertexID % 3];
+  gl_Position = onScreen(c + cu * disk.x + cv * disk.y);
 ${paint ? `
   // What lies no farther behind the nearest than the tolerance passes the test of depth; what faces away, where nothing is.
   float slack = tolerance * max(length(u.xyz), length(v.xyz)) / (depth * depth);
   gl_Position.z = away ? 0.99999 * gl_Position.w : gl_Position.z - 2.0 * nearest * slack * gl_Position.w;
   back = int(away);
   if (away) return;
-  vec4 rest = record(i, 0);
-  vec4 normal = record(i, 1);
-  vec4 surface = surfaces[min(int(normal.w), 3)];
-  vec4 bend = texelFetch(carried4, at, 0);
-  facing = turned.xyz * axes;
-  bend0 = bend.xyz * axes;
-  bend1 = vec3(u.w, v.w, bend.w) * axes;
-  color = vec4(record(i, 3).xyz, surface.x);
-  if (coloring > 0) color.xyz = scaleColor((coloring == 1 ? distance(place.xyz, rest.xyz) : place.w) / most);
-` : ""}
-${relief ? `
+${PAINT}
+  towards = facing; turn0 = bend0; turn1 = bend1; tint = color;
   vec3 t0 = firstTangent(normal.xyz);
   point = vec4(rest.xyz * surface.w, surface.z);
   along0 = t0 * (rest.w * surface.w);
@@ -190,7 +202,6 @@ ${relief ? `
 
 /** Leaves out what is not of the disk, beyond an edge of its clip or behind a wall. */
 const IN_DISK = `
-in vec2 disk;
 flat in float radius; flat in float overhang; flat in int clipAt;
 uniform sampler2D clips;
 vec4 clipTexel(int i) { return texelFetch(clips, ivec2(i % 1024, i / 1024), 0); }
@@ -220,39 +231,50 @@ bool hidden(vec2 p) {
 
 /** First pass: depth of the nearest disk. */
 export const NEARNESS = {
-  vertex: splatVertex(false, false),
+  vertex: splatVertex(false),
   fragment: `${HEAD}${IN_DISK}
+in vec2 disk;
 void main() {
   if (dot(disk, disk) > 1.0 || (clipAt >= 0 && hidden(disk * radius))) discard;
 }`,
 };
 
-/** Second pass: what is near enough is added up; gaps get the colour of the inside. `relief`: with positions at rest. */
-export const blend = (relief) => ({
-  vertex: splatVertex(true, relief),
+/** Second pass: what is near enough is added up, with positions at rest; gaps get the colour of the inside. */
+export const BLEND = {
+  vertex: splatVertex(true),
   fragment: `${HEAD}${IN_DISK}
-flat in int back;
-flat in vec3 facing; flat in vec3 bend0; flat in vec3 bend1; flat in vec4 color;
+in vec2 disk;
+flat in int back; flat in vec3 towards; flat in vec3 turn0; flat in vec3 turn1; flat in vec4 tint; flat in vec4 point; flat in vec3 along0; flat in vec3 along1;
 uniform vec3 inside;
 layout(location = 0) out vec4 sumNormal;
 layout(location = 1) out vec4 sumColor;
-${relief ? "flat in vec4 point; flat in vec3 along0; flat in vec3 along1; layout(location = 2) out vec4 sumPoint;" : ""}
+layout(location = 2) out vec4 sumPoint;
 void main() {
   float squared = dot(disk, disk);
   if (squared > 1.0 || (clipAt >= 0 && hidden(disk * radius))) discard;
   if (back == 1) {
     sumNormal = vec4(0.0, 0.0, 1.0, 1.0);
     sumColor = vec4(inside, 0.0);
-    ${relief ? "sumPoint = vec4(0.0);" : ""}
+    sumPoint = vec4(0.0);
     return;
   }
   float fall = 1.0 - squared;
   float weight = fall * fall + 1e-4;
-  sumNormal = vec4(facing + bend0 * disk.x + bend1 * disk.y, 1.0) * weight;
-  sumColor = color * weight;
-  ${relief ? "sumPoint = vec4(point.xyz + along0 * disk.x + along1 * disk.y, point.w) * weight;" : ""}
+  sumNormal = vec4(towards + turn0 * disk.x + turn1 * disk.y, 1.0) * weight;
+  sumColor = tint * weight;
+  sumPoint = vec4(point.xyz + along0 * disk.x + along1 * disk.y, point.w) * weight;
 }`,
-});
+};
+
+/** Light as the screen shows it (sRGB). */
+const ENCODED = `
+vec3 encoded(vec3 c) {
+  c = clamp(c, 0.0, 1.0);
+  // Roots are several times as fast as powers for software, and differ by less than a 255th.
+  vec3 r = sqrt(c), q = sqrt(r);
+  return mix(0.585122381 * r + 0.783140355 * q - 0.368262736 * sqrt(q), 12.92 * c, vec3(lessThanEqual(c, vec3(0.0031308))));
+}
+`;
 
 /** Light: an operating lamp from the upper left, a cool fill from the right, a rim from behind. */
 const LIGHT = `
@@ -290,11 +312,7 @@ vec3 toned(vec3 c) {
   c = max(c, 0.0);
   return mix(1.0 - 0.25 / max(c, 1e-6), c, vec3(lessThanEqual(c, vec3(0.5))));
 }
-vec3 encoded(vec3 c) {
-  c = clamp(c, 0.0, 1.0);
-  return mix(1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, 12.92 * c, vec3(lessThanEqual(c, vec3(0.0031308))));
-}
-`;
+${ENCODED}`;
 
 const NOISE = `
 uint hashOf(ivec3 p) {
@@ -323,17 +341,10 @@ vec3 slopeNoise(vec3 p) {
 }
 `;
 
-/** Third pass: sums are normalised and lit; \`supersampling\` samples to a side of a pixel. */
-export const resolve = (relief) => ({
-  vertex: WHOLE,
-  fragment: `${HEAD}${LIGHT}${relief ? NOISE : ""}
-uniform sampler2D sumNormal;
-uniform sampler2D sumColor;
-${relief ? "uniform sampler2D sumPoint;" : ""}
-uniform int supersampling;
+/** What is behind the bodies. */
+const BEHIND = `
 uniform vec2 size;
 uniform float focal;
-uniform vec4 surfaces[4];
 uniform vec3 top;
 uniform vec3 bottom;
 uniform vec3 eye;
@@ -341,9 +352,9 @@ uniform mat3 axes;
 /** Middle (m) and radius (m) of the floor, 0 for none, and the distance (m) of its lines. */
 uniform vec4 ground;
 uniform float lines;
-out vec4 pixel;
-/** What is behind the bodies: a floor that fades away, with lines and a soft shadow below its middle. */
-vec3 behindAt(vec2 at, vec3 sky) {
+/** A floor that fades away, with lines and a soft shadow below its middle; \`at\` from the lower left. */
+vec3 behindAt(vec2 at) {
+  vec3 sky = mix(top, bottom, 1.0 - at.y / size.y);
   vec3 way = axes * vec3((at - 0.5 * size) / (focal * size.y), -1.0);
   float t = (ground.z - eye.z) / way.z;
   if (ground.w == 0.0 || way.z >= 0.0 || t <= 0.0) return sky;
@@ -356,6 +367,18 @@ vec3 behindAt(vec2 at, vec3 sky) {
   float under = max(6.0 * fade - 5.0, 0.0);
   return sky * (1.0 + fade * fade * (0.25 * max(on.x, on.y) - 0.45 * under * under));
 }
+`;
+
+/** Third pass: sums are normalised and lit; \`supersampling\` samples to a side of a pixel. */
+export const RESOLVE = {
+  vertex: WHOLE,
+  fragment: `${HEAD}${LIGHT}${NOISE}${BEHIND}
+uniform sampler2D sumNormal;
+uniform sampler2D sumColor;
+uniform sampler2D sumPoint;
+uniform int supersampling;
+uniform vec4 surfaces[4];
+out vec4 pixel;
 vec3 lit(ivec2 place, vec4 normal, vec4 color, vec3 view) {
   float per = 1.0 / normal.w;
   vec3 mean = normal.xyz * per;
@@ -369,20 +392,17 @@ vec3 lit(ivec2 place, vec4 normal, vec4 color, vec3 view) {
   float share = known / (known + shininess * (1.0 - known));
   specular *= (1.0 + share * shininess) / (1.0 + shininess);
   shininess *= share;
-  ${relief ? `
   vec4 point = texelFetch(sumPoint, place, 0) * per;
   if (point.w > 0.0) {
     vec3 tilt = slopeNoise(point.xyz);
     n = normalize(n + (tilt - n * dot(tilt, n)) * point.w);
-  }` : ""}
+  }
   return toned(shade(n, view, color.xyz * per, specular, shininess, 0.5));
 }
 void main() {
   ivec2 first = ivec2(gl_FragCoord.xy) * supersampling;
   vec2 middle = 0.5 * size;
   vec3 sum = vec3(0.0);
-  float row = size.y - float(first.y + supersampling);
-  vec3 behind = mix(top, bottom, row / size.y);
   vec2 at = vec2(first) + 0.5;
   vec3 view = normalize(vec3((middle - at) / (focal * size.y), 1.0));
   for (int k = 0; k < supersampling * supersampling; k += 1) {
@@ -390,11 +410,55 @@ void main() {
     vec4 normal = texelFetch(sumNormal, place, 0);
     sum += normal.w > 0.0
       ? lit(place, normal, texelFetch(sumColor, place, 0), view)
-      : behindAt(vec2(place) + 0.5, behind);
+      : behindAt(vec2(place) + 0.5);
   }
   pixel = vec4(encoded(sum / float(supersampling * supersampling)), 1.0);
 }`,
-});
+};
+
+/** While pictures come slowly, in one pass: a point about each disk, lit at its middle and at half its axes; the nearest is seen alone. */
+export const POINT = {
+  vertex: `${DISK}${LIGHT}
+flat out vec4 toDisk; flat out vec3 deep; flat out vec3 tint; flat out vec3 tint0; flat out vec3 tint1;
+uniform vec3 inside;
+void main() {${project("gl_VertexID")}
+  gl_Position = onScreen(c);
+  // Pixels that the axes span, and the square about the ellipse; what spans it in units of the disk.
+  float per = focal * samples / depth;
+  vec2 along0 = (cu.xy + c.xy * (cu.z / depth)) * per, along1 = (cv.xy + c.xy * (cv.z / depth)) * per;
+  float reach = max(length(vec2(along0.x, along1.x)), length(vec2(along0.y, along1.y))) + 0.5;
+  gl_PointSize = 2.0 * reach;
+  float turned0 = along0.x * along1.y - along1.x * along0.y;
+  toDisk = vec4(along1.y, -along0.y, -along1.x, along0.x) * (reach / turned0);
+  deep = vec3(1.0, 0.0, 0.0) - nearest * vec3(1.0, cu.z / depth, cv.z / depth) / depth;
+  if (away) deep = vec3(0.99999, 0.0, 0.0);
+${PAINT}
+  vec3 view = normalize(-c);
+  tint = away ? encoded(toned(inside)) : encoded(toned(shade(normalize(facing), view, color.xyz, color.w, surface.y, 0.5)));
+  tint0 = away ? vec3(0.0) : 2.0 * (encoded(toned(shade(normalize(facing + 0.5 * bend0), view, color.xyz, color.w, surface.y, 0.5))) - tint);
+  tint1 = away ? vec3(0.0) : 2.0 * (encoded(toned(shade(normalize(facing + 0.5 * bend1), view, color.xyz, color.w, surface.y, 0.5))) - tint);
+}`,
+  fragment: `${HEAD}${IN_DISK}
+flat in vec4 toDisk; flat in vec3 deep; flat in vec3 tint; flat in vec3 tint0; flat in vec3 tint1;
+out vec4 pixel;
+void main() {
+  vec2 disk = mat2(toDisk.xy, toDisk.zw) * (vec2(2.0, -2.0) * gl_PointCoord + vec2(-1.0, 1.0));
+  if (dot(disk, disk) > 1.0 || (clipAt >= 0 && hidden(disk * radius))) discard;
+  pixel = vec4(tint + tint0 * disk.x + tint1 * disk.y, 1.0);
+  gl_FragDepth = deep.x + deep.y * disk.x + deep.z * disk.y;
+}`,
+};
+
+/** What is behind the points. */
+export const BACKGROUND = {
+  vertex: WHOLE,
+  fragment: `${HEAD}${BEHIND}
+${ENCODED}
+out vec4 pixel;
+void main() {
+  pixel = vec4(encoded(behindAt(gl_FragCoord.xy)), 1.0);
+}`,
+};
 
 /** Tools: opaque where they are in front of tissue, a shadow of themselves where they are inside. */
 export const TOOL = {

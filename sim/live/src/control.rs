@@ -57,9 +57,45 @@ pub enum Control {
     },
     /// A code with which another client may come in.
     Invite,
+    /// Send with states what this client colours nodes by.
+    Color {
+        /// Which quantity.
+        by: Quantity,
+    },
+    /// Play a recording that was saved here.
+    Open {
+        /// Name of its folder.
+        name: String,
+    },
     /// Something that this version does not know.
     #[serde(other)]
     Unknown,
+}
+
+/// What nodes may be coloured by.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Quantity {
+    /// Von Mises stress.
+    Stress,
+    /// Pressure of contact with tools and bodies.
+    Contact,
+    /// Nothing that is sent.
+    #[default]
+    #[serde(other)]
+    None,
+}
+
+impl Quantity {
+    /// Its bit in [`crate::StateMessage::values`].
+    #[must_use]
+    pub const fn bit(self) -> u32 {
+        match self {
+            Self::Stress => 1,
+            Self::Contact => 2,
+            Self::None => 0,
+        }
+    }
 }
 
 /// A picture as seen by a camera.
@@ -132,6 +168,10 @@ pub struct Scene {
     pub description: String,
     /// Scenes that may be asked for: name and one line.
     pub scenes: Vec<[String; 2]>,
+    /// Folders of recordings that may be asked for.
+    pub recordings: Vec<String>,
+    /// Simulated time (s) at which a recording ends that is played; 0 without one.
+    pub length: f64,
     /// Corners (m) of the box around all bodies at rest.
     pub low: [f64; 3],
     /// The other corner.
@@ -197,6 +237,8 @@ pub struct ToolInfo {
 pub struct Stats {
     /// Whether time runs.
     pub playing: bool,
+    /// Whether a recording is played.
+    pub replaying: bool,
     /// Whether bodies still come to rest.
     pub settling: bool,
     /// Simulated over wall time.

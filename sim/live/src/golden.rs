@@ -62,7 +62,9 @@ fn clips() -> Vec<u8> {
     encode_clips(3, 1, &clips)
 }
 
-fn state() -> Vec<u8> {
+/// A state, with values of quantities (bits) that are asked for.
+fn state(values: u32) -> Vec<u8> {
+    let asked = usize::from(values != 0);
     let tools = [ToolState {
         position: DVec3::new(0.5, 1.5, 2.5),
         rotation: DQuat::from_xyzw(0.0, 0.0, 0.6, 0.8),
@@ -83,21 +85,24 @@ fn state() -> Vec<u8> {
         grip: DVec3::new(0.5, 0.0, -0.5),
         tools: &tools,
         blade: &[DVec3::new(0.0, 0.5, 1.0), DVec3::new(1.0, 1.5, 2.0)],
+        values,
         bodies: &[
             BodyState {
                 positions: &[DVec3::new(0.5, 0.25, 0.125)],
                 gradients: &[turned],
+                values: &[1500.0, 250.0][..2 * asked],
             },
             BodyState {
                 positions: &[DVec3::new(1.0, 2.0, 3.0), DVec3::new(4.0, 5.0, 6.0)],
                 gradients: &[still, still],
+                values: &[1.0, 2.0, 3.0, 4.0][..4 * asked],
             },
         ],
     };
     encode_state(3, &state)
 }
 
-fn outgoing() -> [(&'static str, Vec<u8>); 5] {
+fn outgoing() -> [(&'static str, Vec<u8>); 6] {
     let samples = [0.5, 0.75].map(|time| ForceSample {
         time,
         force: DVec3::new(time, 0.0, -time),
@@ -108,7 +113,8 @@ fn outgoing() -> [(&'static str, Vec<u8>); 5] {
         ("nodes", encode_nodes(3, 1, &nodes)),
         ("skin", skin()),
         ("clips", clips()),
-        ("state", state()),
+        ("state", state(0)),
+        ("state-values", state(3)),
         ("force", encode_force(3, GRIP, &samples)),
     ]
 }

@@ -30,6 +30,18 @@ pub enum HandPhase {
     End,
 }
 
+impl Hand {
+    /// When in a stroke or a grip it is.
+    #[must_use]
+    pub const fn phase(&self) -> HandPhase {
+        match self {
+            Self::Pose { phase, .. } | Self::Edge { phase, .. } | Self::Grip { phase, .. } => {
+                *phase
+            }
+        }
+    }
+}
+
 /// What a user does, in the world's frame and in SI units.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Hand {

@@ -19,7 +19,7 @@ fn locked<T>(mutex: &std::sync::Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     locked.unwrap_or_else(std::sync::PoisonError::into_inner)
 }
 
-pub use control::{BodyInfo, Control, Picture, Scene, Stats, Told, ToolInfo};
+pub use control::{BodyInfo, Control, Picture, Quantity, Scene, Stats, Told, ToolInfo};
 pub use incoming::{Hand, HandPhase, MAX_EDGE, MAX_MESH};
 pub use outgoing::{
     BodyState, ClipOf, ForceSample, GRIP, MAX_CLIENTS, StateMessage, Surfel, ToolState,

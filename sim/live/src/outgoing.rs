@@ -157,6 +157,8 @@ pub struct BodyState<'a> {
     pub positions: &'a [DVec3],
     /// Deformation gradients.
     pub gradients: &'a [DMat3],
+    /// For each quantity of [`StateMessage::values`], in order, a number (Pa) a node.
+    pub values: &'a [f32],
 }
 
 /// Everything that moves, between two steps.
@@ -180,6 +182,8 @@ pub struct StateMessage<'a> {
     pub tools: &'a [ToolState],
     /// Edge of the blade as it is driven (m); empty where there is none.
     pub blade: &'a [DVec3],
+    /// Quantities that the bodies have values of, bits: 1 stress, 2 pressure of contact. None unless a client asks.
+    pub values: u32,
     /// The bodies.
     pub bodies: &'a [BodyState<'a>],
 }
@@ -206,6 +210,9 @@ pub fn encode_state(epoch: u32, state: &StateMessage<'_>) -> Vec<u8> {
     out.points(&[state.grip]);
     out.count(state.tools.len());
     out.count(state.blade.len());
+    if state.values != 0 {
+        out.u32(state.values);
+    }
     out.end_head();
     for tool in state.tools {
         out.points(&[tool.position]);
@@ -220,6 +227,7 @@ pub fn encode_state(epoch: u32, state: &StateMessage<'_>) -> Vec<u8> {
         let apart = body.gradients.iter().map(|now| *now - DMat3::IDENTITY);
         out.halves(apart.flat_map(|apart| apart.to_cols_array()));
         out.align();
+        out.f32s(body.values.iter().copied());
     }
     out.finish()
 }

@@ -42,6 +42,9 @@ assert.deepEqual(list(state.blade), [0, 0.5, 1, 1, 1.5, 2]);
 assert.deepEqual(state.bodies.map((body) => list(body.positions)), [[0.5, 0.25, 0.125], [1, 2, 3, 4, 5, 6]]);
 assert.deepEqual(list(state.bodies[0].gradients).map(page.halfValue), [0, 0.25, 0, 0, 0, 0, 0, 0, 0.5]);
 assert.equal(state.bodies[1].gradients.length, 18);
+const valued = read("state-values");
+assert.deepEqual([state, valued].map((one) => one.bodies.map((body) => body.values.map(list))), [[[], []], [[[1500], [250]], [[1, 2], [3, 4]]]]);
+assert.deepEqual([state.values, valued.values], [0, 3]);
 
 const force = read("force");
 assert.equal(force.hand, page.GRIP);

@@ -126,6 +126,58 @@ impl Binding {
         &self.slopes[surfel * self.stride..(surfel + 1) * self.stride]
     }
 
+    /// Takes nodes, weights and slopes out; the rest stays.
+    pub(super) fn take_rows(&mut self) -> Self {
+        Self {
+            stride: self.stride,
+            nodes: std::mem::take(&mut self.nodes),
+            weights: std::mem::take(&mut self.weights),
+            slopes: std::mem::take(&mut self.slopes),
+            ..Self::default()
+        }
+    }
+
+    /// Puts nodes, weights and slopes in: those of the first `count` rows of `of`, but of `rows` those of `others`.
+    pub(super) fn put_rows(&mut self, of: &Self, count: usize, rows: &[u32], others: &Self) {
+        let end = count * of.stride;
+        self.nodes = of.nodes[..end].to_vec();
+        self.weights = of.weights[..end].to_vec();
+        self.slopes = of.slopes[..end].to_vec();
+        for (k, &row) in rows.iter().enumerate() {
+            let (nodes, weights, slopes) = self.row_mut(row as usize);
+            let (own_nodes, own_weights) = others.row(k);
+            nodes.copy_from_slice(own_nodes);
+            weights.copy_from_slice(own_weights);
+            slopes.copy_from_slice(others.slopes(k));
+        }
+    }
+
+    /// Nodes, weights and slopes of some rows.
+    pub(super) fn selected(&self, rows: &[u32]) -> Self {
+        let mut selected = Self {
+            stride: self.stride,
+            ..Self::default()
+        };
+        for &row in rows {
+            let (nodes, weights) = self.row(row as usize);
+            selected.nodes.extend_from_slice(nodes);
+            selected.weights.extend_from_slice(weights);
+            let slopes = self.slopes(row as usize);
+            selected.slopes.extend_from_slice(slopes);
+        }
+        selected
+    }
+
+    /// Whether a row has bitwise the same nodes, weights and slopes as that of another binding.
+    pub(super) fn is_same_row(&self, other: &Self, row: usize) -> bool {
+        let numbers = |own: &'_ Self| -> Vec<u64> {
+            let slopes = own.slopes(row).as_flattened().iter();
+            let numbers = own.row(row).1.iter().chain(slopes);
+            numbers.map(|number| number.to_bits()).collect()
+        };
+        self.row(row).0 == other.row(row).0 && numbers(self) == numbers(other)
+    }
+
     /// Appends rows that hold node 0 until they are replaced.
     pub(crate) fn extend_to(&mut self, rows: usize) {
         self.nodes.resize(rows * self.stride, 0);

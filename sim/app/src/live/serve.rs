@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::sync::mpsc::RecvTimeoutError;
 use std::time::{Duration, Instant};
 
-use phyxel_live::{ClientId, MAX_CLIENTS, Server, To, Told};
+use phyxel_live::{ClientId, MAX_CLIENTS, Quantity, Server, To, Told};
 
 use super::session::{Session, SessionError};
 use super::skin::Skins;
@@ -66,6 +66,7 @@ pub fn serve(
         playing: true,
         steps_left: 0,
         away: [false; MAX_CLIENTS],
+        colors: [Quantity::None; MAX_CLIENTS],
         heard: [0; MAX_CLIENTS],
         seen: [0; MAX_CLIENTS],
         owners: Owners::default(),
@@ -123,6 +124,8 @@ struct Show {
     steps_left: u32,
     /// Clients that do not look on.
     away: [bool; MAX_CLIENTS],
+    /// What clients colour nodes by.
+    colors: [Quantity; MAX_CLIENTS],
     /// Last sequence numbers of clients' hands: taken in, and part of a step.
     heard: [u32; MAX_CLIENTS],
     seen: [u32; MAX_CLIENTS],

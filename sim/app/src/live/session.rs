@@ -11,6 +11,7 @@ use glam::DVec3;
 
 use blade::Stroke;
 use lead::PoseLead;
+pub(super) use record::Recording;
 use record::{Forces, Score};
 use undo::Ring;
 
@@ -19,9 +20,9 @@ use crate::output::{OutputError, OutputFolder, input_csv, write_checkpoint};
 use crate::picture::{Painter, PictureError};
 use crate::run::RunState;
 use phyxel::scene::{Pose, Scene, Settle};
-use phyxel::{Action, CutPiece, Input, InputError, World, WorldError};
+use phyxel::{Action, CutPiece, Input, InputError, StrokePhase, World, WorldError};
 use phyxel_scene::SceneError;
-use phyxel_splat::DrawnTissue;
+use phyxel_splat::{DrawnTissue, SurfaceChange};
 
 /// Distance (node spacings) of a blade between two captures: half of a tetrahedron, as finely as a cut
 /// can be distinguished.
@@ -29,6 +30,8 @@ const CAPTURE: f64 = 0.6;
 /// Triangles of a cut by which surfaces grow at a time: a capture adds about 30, whose skin takes as long as
 /// several steps, and a user is answered between two helpings.
 const HELPING: usize = 8;
+/// Files of a saved session: the scene, what users did, the state at the end, the score sheet.
+pub(super) const SAVED: [&str; 4] = ["scene.ron", "input.csv", "state.checkpoint", "score.csv"];
 /// A session that cannot start or continue.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -50,11 +53,20 @@ pub enum SessionError {
     Output(#[from] OutputError),
 }
 
-/// A session between two steps: copies, so that going back gives bitwise identical values.
+/// Surfaces of a state to go back to.
+#[derive(Debug, Clone)]
+enum Surfaces {
+    Whole(Vec<DrawnTissue>),
+    /// What was other than in the next newer state.
+    Changed(Vec<SurfaceChange>),
+}
+
+/// A session between two steps: copies, so that going back gives bitwise identical values. Surfaces of all but the
+/// newest are changes.
 #[derive(Debug, Clone)]
 struct Checkpoint {
     world: World,
-    surfaces: Vec<DrawnTissue>,
+    surfaces: Surfaces,
     /// Pieces of cuts that surfaces lag behind by.
     lagging: VecDeque<CutPiece>,
     /// Inputs recorded before.
@@ -67,7 +79,33 @@ impl Checkpoint {
     fn bytes(&self) -> usize {
         let parts = self.world.parts();
         let model: usize = parts.iter().map(|part| part.bytes).sum();
-        model + self.surfaces.iter().map(DrawnTissue::bytes).sum::<usize>()
+        model
+            + match &self.surfaces {
+                Surfaces::Whole(all) => all.iter().map(DrawnTissue::bytes).sum::<usize>(),
+                Surfaces::Changed(all) => all.iter().map(SurfaceChange::bytes).sum(),
+            }
+    }
+
+    /// Keeps of its surfaces what is other than in a newer state.
+    fn shrink(&mut self, newer: &Self) {
+        if let (Surfaces::Whole(own), Surfaces::Whole(newer)) =
+            (&mut self.surfaces, &newer.surfaces)
+        {
+            let pairs = std::mem::take(own).into_iter().zip(newer);
+            let changes = pairs.map(|(own, newer)| SurfaceChange::new(own, newer));
+            self.surfaces = Surfaces::Changed(changes.collect());
+        }
+    }
+
+    /// Makes its surfaces whole, of those of the newer state that it shrank by.
+    fn complete(&mut self, newer: &Self) {
+        if let (Surfaces::Changed(own), Surfaces::Whole(newer)) =
+            (&mut self.surfaces, &newer.surfaces)
+        {
+            let pairs = std::mem::take(own).into_iter().zip(newer);
+            let whole = pairs.map(|(own, newer)| own.undone(newer));
+            self.surfaces = Surfaces::Whole(whole.collect());
+        }
     }
 }
 
@@ -94,6 +132,7 @@ pub struct Session {
     /// What is given with the next step beside tools and blades.
     pending: Vec<Action>,
     record: Vec<Input>,
+    replay: Recording,
     ring: Ring<Checkpoint>,
     strokes: usize,
     score: Score,
@@ -124,6 +163,7 @@ impl Session {
             hand: None,
             pending: Vec::new(),
             record: Vec::new(),
+            replay: Recording::default(),
             ring: Ring::default(),
             strokes: 0,
             score: Score::default(),
@@ -150,6 +190,21 @@ impl Session {
     /// The surfaces, to draw them, and the world.
     pub fn drawing(&mut self) -> (&mut Painter, &World) {
         (&mut self.painter, &self.world)
+    }
+
+    /// Does what a recording of this scene says from here on; hands wait until it has ended.
+    pub(super) fn replay(&mut self, recording: Recording) {
+        self.replay = recording;
+    }
+
+    /// Whether a recording is played that has not ended.
+    pub(super) fn is_replaying(&self) -> bool {
+        self.world.steps() < self.replay.steps
+    }
+
+    /// Simulated time (s) at which the recording ends that is played; 0 without one.
+    pub(super) fn recorded_time(&self) -> f64 {
+        self.replay.time
     }
 
     /// What users did so far; the scene with this is the session, bit for bit.
@@ -248,8 +303,16 @@ impl Session {
     /// [`SessionError`] if it is lost; [`Session::recover`] brings a good state back.
     pub fn step(&mut self) -> Result<(), SessionError> {
         let step = self.world.step_size();
-        let actions = self.actions(step);
         let number = self.world.steps();
+        let actions = if self.is_replaying() {
+            self.repeated(number)
+        } else {
+            if number > 0 && number == self.replay.steps && self.world.grip_force().is_some() {
+                // Who gripped then holds no more.
+                self.pending.push(Action::LetGo);
+            }
+            self.actions(step)
+        };
         let inputs = actions.into_iter().map(|action| Input {
             step: number,
             action,
@@ -285,6 +348,31 @@ impl Session {
         };
         self.lagging.retain(|piece| !piece.triangles.is_empty());
         Ok(self.painter.grow(&self.world, &[piece])?)
+    }
+
+    /// What the recording does in a step.
+    fn repeated(&mut self, step: u64) -> Vec<Action> {
+        self.pending.clear();
+        let inputs = &self.replay.inputs;
+        let first = inputs.partition_point(|input| input.step < step);
+        let now = inputs[first..].iter();
+        let now = now.take_while(|input| input.step == step);
+        let actions: Vec<Action> = now.map(|input| input.action.clone()).collect();
+        for action in &actions {
+            match action {
+                Action::Tool { tool, pose } => self.leads[*tool] = PoseLead::new(*pose),
+                Action::Blade {
+                    phase: StrokePhase::Start,
+                    ..
+                } => {
+                    let before = self.checkpoint();
+                    self.remember(before);
+                    self.strokes += 1;
+                }
+                _ => {}
+            }
+        }
+        actions
     }
 
     /// What a user does in a step of `step` (s).
@@ -363,7 +451,7 @@ impl Session {
     fn checkpoint(&self) -> Checkpoint {
         Checkpoint {
             world: self.world.clone(),
-            surfaces: self.painter.surfaces(),
+            surfaces: Surfaces::Whole(self.painter.surfaces()),
             lagging: self.lagging.clone(),
             recorded: self.record.len(),
             leads: self.leads.clone(),
@@ -373,8 +461,30 @@ impl Session {
 
     /// Goes back to before the last stroke; `false` if there is none, or it is too long ago.
     pub fn undo(&mut self) -> bool {
-        let before = self.ring.pop();
+        // Who undoes goes another way than the recording.
+        self.replay = Recording::default();
+        let before = self.last();
         before.map(|before| self.restore(before)).is_some()
+    }
+
+    /// Keeps the state before a stroke.
+    fn remember(&mut self, before: Checkpoint) {
+        if let Some((older, bytes)) = self.ring.newest() {
+            older.shrink(&before);
+            *bytes = older.bytes();
+        }
+        let bytes = before.bytes();
+        self.ring.push(before, bytes);
+    }
+
+    /// Takes the newest state before a stroke.
+    fn last(&mut self) -> Option<Checkpoint> {
+        let last = self.ring.pop()?;
+        if let Some((older, bytes)) = self.ring.newest() {
+            older.complete(&last);
+            *bytes = older.bytes();
+        }
+        Some(last)
     }
 
     /// Goes back to the start: after settling, or to its beginning while it lasts or where users did something in it.
@@ -386,14 +496,17 @@ impl Session {
 
     /// Goes back to the newest good state, after a step was lost.
     pub fn recover(&mut self) {
-        if let Some(good) = self.ring.last_good() {
+        let good = self.last();
+        if let Some(good) = good.or_else(|| self.ring.start()) {
             self.restore(good);
         }
     }
 
     fn restore(&mut self, checkpoint: Checkpoint) {
         self.world = checkpoint.world;
-        self.painter.set_surfaces(checkpoint.surfaces);
+        if let Surfaces::Whole(surfaces) = checkpoint.surfaces {
+            self.painter.set_surfaces(surfaces);
+        }
         self.lagging = checkpoint.lagging;
         self.record.truncate(checkpoint.recorded);
         self.leads = checkpoint.leads;
@@ -430,7 +543,7 @@ impl Session {
                 key.time = key.time.min(duration);
             }
         }
-        let names = ["scene.ron", "input.csv", "state.checkpoint", "score.csv"];
+        let names = SAVED;
         folder.write(names[0], phyxel_scene::to_ron(&scene).as_bytes())?;
         folder.write(names[1], &input_csv(&scene, &self.record))?;
         write_checkpoint(folder, names[2], &scene, &RunState::of(&self.world))?;

@@ -1,7 +1,8 @@
 //! What clients receive of a world.
 
 use glam::{DMat3, DVec3};
-use phyxel_live::{BodyInfo, Picture, Scene as SceneInfo, Stats, ToolInfo, ToolState};
+use phyxel_elastic::von_mises_stress;
+use phyxel_live::{BodyInfo, Picture, Quantity, Scene as SceneInfo, Stats, ToolInfo, ToolState};
 use phyxel_splat::Camera;
 
 use super::session::Session;
@@ -17,6 +18,31 @@ pub(super) fn nodes_of(world: &World) -> Vec<(Vec<DVec3>, Vec<DMat3>)> {
         (body.smoothed_positions(), gradients)
     });
     bodies.collect()
+}
+
+/// Numbers (Pa) of quantities (bits of [`StateMessage::values`]) at each body's nodes; nothing is computed for those not asked for.
+pub(super) fn values_of(world: &World, quantities: u32) -> Vec<Vec<f32>> {
+    let asked = |quantity: Quantity| quantities & quantity.bit() != 0;
+    let bodies = world.bodies().iter().enumerate().map(|(index, body)| {
+        let mut values = Vec::new();
+        if asked(Quantity::Stress) {
+            let nodes = 0..body.rest.len();
+            values.extend(nodes.map(|node| von_mises_stress(body.elastic.cauchy_stress(node))));
+        }
+        if asked(Quantity::Contact) {
+            let others = world.contact_pressures(index).unwrap_or_default();
+            let others = others.into_iter().chain(std::iter::repeat(0.0));
+            let tools = world.tool_pressures(index);
+            values.extend(tools.into_iter().zip(others).map(|(a, b)| f64::max(a, b)));
+        }
+        values.into_iter().map(single).collect()
+    });
+    bodies.collect()
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "colours need no more")]
+fn single(value: f64) -> f32 {
+    value as f32
 }
 
 pub(super) fn tool_states(world: &World) -> Vec<ToolState> {
@@ -36,6 +62,7 @@ pub(super) fn scene_of(
     session: &Session,
     base: &Scene,
     sources: &Sources,
+    recordings: Vec<String>,
 ) -> SceneInfo {
     let (world, painter) = (session.world(), session.painter());
     let bounds = bounds_of(world);
@@ -63,7 +90,9 @@ pub(super) fn scene_of(
         view: view_of(base),
         bodies: bodies.collect(),
         tools: world.scene().tools.iter().map(tool_of).collect(),
-        values: values_of(session),
+        values: settings_of(session),
+        recordings,
+        length: session.recorded_time(),
         capture: session.capture(),
         spacing: session.spacing(),
         background: [background.top.to_array(), background.bottom.to_array()],
@@ -125,7 +154,7 @@ fn tool_of(tool: &phyxel::scene::Tool) -> ToolInfo {
 }
 
 /// Gravity, damping and Young's modulus as they are.
-fn values_of(session: &Session) -> [f64; 3] {
+fn settings_of(session: &Session) -> [f64; 3] {
     let world = session.world();
     let first = world.scene().bodies.first();
     let modulus = first.map_or(0.0, |body| body.material.youngs_modulus);
@@ -163,7 +192,8 @@ pub(super) fn stats_of(session: &Session, surfels: usize) -> Stats {
         contact: (world.body_contact())
             .map(|(between, _)| 0.0 + between.iter().map(|sum| sum.normal).sum::<f64>()),
         balance,
-        values: values_of(session),
+        values: settings_of(session),
+        replaying: session.is_replaying(),
         ..Stats::default()
     }
 }

@@ -3,9 +3,10 @@
 use glam::{DVec3, Vec3};
 use phyxel::scene::{Cut, Show};
 use phyxel::{Body, World};
+use phyxel_discretize::Bounds;
 use phyxel_enrich::Factors;
 use phyxel_mls::Neighborhoods;
-use phyxel_splat::{ColorScale, DrawnMesh, DrawnTissue};
+use phyxel_splat::{Camera, ColorScale, DrawnMesh, DrawnTissue};
 
 use super::markers::Markers;
 
@@ -74,6 +75,18 @@ fn lattices(body: &Body) -> Vec<DrawnMesh> {
         (grid.size(), point)
     });
     drawn_lattices(lattices, body.spacing)
+}
+
+/// The camera, or one that looks the same way at all of some meshes that have grown around it, for a picture of `aspect`.
+pub(super) fn outside_of(meshes: &[DrawnMesh], camera: Camera, aspect: f64) -> Camera {
+    let Camera {
+        eye, forward, up, ..
+    } = camera;
+    let all = Bounds::of(meshes.iter().flat_map(|mesh| mesh.vertices.iter().copied()));
+    if eye.cmpge(all.min).all() && eye.cmple(all.max).all() {
+        return Camera::framing(all.min, all.max, forward, up, aspect);
+    }
+    camera
 }
 
 /// The paths of all blades' edges in the world up to now, as nets of lines.
@@ -226,6 +239,23 @@ fn drawn_sweep(edges: &[Vec<DVec3>]) -> DrawnMesh {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_camera_leaves_what_has_grown_around_it() {
+        let camera = Camera::looking_at(DVec3::NEG_Y, DVec3::ZERO, DVec3::Z, 0.5);
+        let line = |reach: f64| {
+            let mut markers = Markers::default();
+            markers.line(DVec3::splat(-reach), DVec3::splat(reach), 0.01);
+            [markers.colored(RED)]
+        };
+        assert_eq!(outside_of(&line(0.5), camera, 1.5), camera);
+        let outside = outside_of(&line(2.0), camera, 1.5);
+        assert!(outside.eye.y < -2.0, "{outside:?}");
+        assert!(
+            outside.forward.distance(camera.forward) < 1e-12,
+            "the same way"
+        );
+    }
 
     /// Three nodes in a row, of which the outer two see only the middle one, one of them one way.
     #[test]

@@ -227,9 +227,16 @@ impl Painter {
         if self.show == Show::BladePath {
             meshes.extend(inspect::blade_paths(world));
         }
+        let camera = if self.show == Show::Lattice {
+            let RenderSettings { width, height, .. } = self.renderer.settings();
+            let aspect = f64::from(*width) / f64::from(*height);
+            inspect::outside_of(&meshes, self.camera, aspect)
+        } else {
+            self.camera
+        };
         let mut frame = match &self.skins[..] {
             [only] if self.splat_scale >= 1.0 && inspect::has_surface(self.show) => {
-                self.renderer.draw(&only.view(), &meshes, &self.camera)
+                self.renderer.draw(&only.view(), &meshes, &camera)
             }
             skins => {
                 let shown = skins.iter().filter(|_| inspect::has_surface(self.show));
@@ -237,7 +244,7 @@ impl Painter {
                     shown.map(|skin| (skin.view(), skin.surfaces.len(), skin.images.len())),
                 );
                 all.scale(self.splat_scale);
-                self.renderer.draw(&all.view(), &meshes, &self.camera)
+                self.renderer.draw(&all.view(), &meshes, &camera)
             }
         };
         let legends = [coloring::legend(self.coloring), inspect::legend(self.show)];

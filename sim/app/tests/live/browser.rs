@@ -215,6 +215,39 @@ fn save_and_repeat(browser: &mut Chromium, live: &Live) {
         "stage.state.kinetic === Math.fround({kinetic:?}) && stage.state.elastic === Math.fround({elastic:?})"
     );
     assert_eq!(browser.evaluate(&same), json!(true));
+    play_again(browser, steps);
+}
+
+/// A recording is opened from the list of scenes, hands wait, the bar leads to its end and back, and the end has the very bits.
+fn play_again(browser: &mut Chromium, steps: u64) {
+    let end = browser.evaluate(BITS);
+    anew(
+        browser,
+        "(() => { const s = document.getElementById('scenes'); s.value = 'a first minute'; s.dispatchEvent(new Event('change')); \
+         document.getElementById('ask-yes').click() })()",
+    );
+    let bar = |at: u32| {
+        format!(
+            "(() => {{ const s = document.getElementById('past'); s.value = {at}; s.dispatchEvent(new Event('input')) }})()"
+        )
+    };
+    browser.evaluate(&bar(500));
+    browser.wait(&format!("stage.state.step > {}", steps / 4));
+    show("replaying", &browser.screenshot());
+    let [x, y] = middle(browser);
+    browser.key("3");
+    browser.stroke(&[[x, y], [x + 4.0, y]]);
+    browser.wait("document.getElementById('notes').textContent.includes('a recording is played')");
+    browser.wait("!stage.past.shown && stage.past.now > 0.45");
+    browser.evaluate(&bar(100));
+    browser.wait("stage.past.shown && stage.state.time < 0.2 * stage.scene.length");
+    // Steps up to the bar's middle are an estimate; those that are left are counted.
+    browser.wait("document.getElementById('past-value').textContent.startsWith('-')");
+    browser.evaluate("stage.lookBack(stage.past.now)");
+    let left = steps - browser.evaluate("stage.state.step").as_u64().unwrap();
+    step(browser, left);
+    assert_eq!(browser.evaluate(BITS), end);
+    assert_eq!(browser.evaluate("stage.panel.last.replaying"), json!(false));
 }
 
 /// A cube of 4 cm as an OFF file.

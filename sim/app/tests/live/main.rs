@@ -10,3 +10,4 @@ mod browser;
 mod chromium;
 mod page;
 mod session;
+mod shown;

@@ -263,11 +263,18 @@ fn strokes_are_undone_one_by_one() {
     let [low, high] = corners(&session);
     let (mut before, mut after) = (Vec::new(), Vec::new());
     let state = |session: &Session| {
-        let surfels = session.painter().skins()[0].tissue.surfels();
-        let surfels: Vec<_> = surfels
-            .iter()
-            .map(|surfel| bits(&surfel.position))
-            .collect();
+        let tissue = &session.painter().skins()[0].tissue;
+        let surfels = tissue.surfels().iter().enumerate().map(|(k, surfel)| {
+            let (nodes, weights) = tissue.binding().row(k);
+            let weights: Vec<u64> = weights.iter().map(|weight| weight.to_bits()).collect();
+            (
+                bits(&surfel.position),
+                surfel.radius.to_bits(),
+                nodes.to_vec(),
+                weights,
+            )
+        });
+        let surfels: Vec<_> = surfels.collect();
         let (steps, severed) = (session.world().steps(), session.severed_pairs());
         (
             steps,

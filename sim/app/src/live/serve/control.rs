@@ -6,7 +6,7 @@ use glam::DVec3;
 use phyxel_live::{ClientId, Control, Picture, To, Told};
 
 use super::Show;
-use crate::live::session::{Session, SessionError};
+use crate::live::session::{Recording, SAVED, Session, SessionError};
 use crate::output::OutputFolder;
 use phyxel::scene::Scene;
 
@@ -55,6 +55,11 @@ impl Show {
                 }
                 _ => self.complain(To::One(client), "this scene was made for no mesh file"),
             },
+            Control::Color { by } => {
+                self.colors[client] = by;
+                self.fresh = true;
+            }
+            Control::Open { name } => self.open(client, &name)?,
             Control::Watch { watching } => self.away[client] = !watching,
             Control::Invite => match self.server.url() {
                 Ok(url) => self.server.tell(To::One(client), &Told::Invite { url }),
@@ -84,14 +89,49 @@ impl Show {
         Ok(())
     }
 
+    /// Folders of recordings that were saved here, by name.
+    pub(super) fn recordings(&self) -> Vec<String> {
+        let folders = std::fs::read_dir(self.folder.path()).into_iter().flatten();
+        let folders = folders.flatten().filter(|entry| {
+            let has = |name: &&str| entry.path().join(name).is_file();
+            SAVED.iter().all(has)
+        });
+        let names = folders.filter_map(|entry| entry.file_name().into_string().ok());
+        let mut names: Vec<String> = names.filter(|name| folder_name(name).is_some()).collect();
+        names.sort_unstable();
+        names
+    }
+
+    /// Plays a recording that was saved here.
+    fn open(&mut self, client: ClientId, name: &str) -> Result<(), SessionError> {
+        if !self.recordings().iter().any(|known| known == name) {
+            self.complain(To::One(client), "there is no such recording");
+            return Ok(());
+        }
+        match Recording::read(&self.folder.path().join(name)) {
+            Ok((scene, recording)) => {
+                let mut session = Session::new(&scene)?;
+                session.replay(recording);
+                self.playing = true;
+                self.set_session(session, scene);
+            }
+            Err(error) => self.complain(To::One(client), &error),
+        }
+        Ok(())
+    }
+
     /// Shows another scene.
     pub(super) fn show(&mut self, scene: Scene) -> Result<(), SessionError> {
-        self.session = Session::new(&scene)?;
-        self.base = scene;
+        let session = Session::new(&scene)?;
+        self.set_session(session, scene);
+        Ok(())
+    }
+
+    fn set_session(&mut self, session: Session, base: Scene) {
+        (self.session, self.base) = (session, base);
         self.lost_at = None;
         self.clock.slipped = 0.0;
         self.begin_epoch();
-        Ok(())
     }
 
     pub(super) fn set(

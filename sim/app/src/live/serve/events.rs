@@ -1,7 +1,7 @@
 //! What clients' users do.
 
 use glam::DVec3;
-use phyxel_live::{ClientId, Event, Hand, HandPhase, To};
+use phyxel_live::{ClientId, Event, Hand, HandPhase, Quantity, To};
 
 use super::Show;
 use phyxel::scene::Pose;
@@ -14,6 +14,7 @@ impl Show {
                 self.heard[client] = 0;
                 self.seen[client] = 0;
                 self.away[client] = false;
+                self.colors[client] = Quantity::None;
                 self.introduce(To::One(client));
             }
             Event::Left => self.leave(client),
@@ -37,6 +38,7 @@ impl Show {
 
     pub(super) fn leave(&mut self, client: ClientId) {
         self.away[client] = false;
+        self.colors[client] = Quantity::None;
         if self.owners.blade == Some(client) {
             self.owners.blade = None;
             self.session.end_stroke();
@@ -67,6 +69,15 @@ impl Show {
     }
 
     pub(super) fn hand(&mut self, client: ClientId, hand: Hand) {
+        if self.session.is_replaying() {
+            if hand.phase() == HandPhase::Begin {
+                self.complain(
+                    To::One(client),
+                    "a recording is played: hands wait for its end",
+                );
+            }
+            return;
+        }
         match hand {
             Hand::Pose {
                 tool,

@@ -9,7 +9,7 @@ use phyxel_live::{
 
 use super::{Owners, Show};
 use crate::live::skin::Skins;
-use crate::live::told::{energies_of, nodes_of, scene_of, stats_of, tool_states};
+use crate::live::told::{energies_of, nodes_of, scene_of, stats_of, tool_states, values_of};
 use crate::run::doubts;
 
 impl Show {
@@ -32,7 +32,14 @@ impl Show {
     /// Sends all that a client needs to know.
     pub(super) fn introduce(&mut self, to: To) {
         let world = self.session.world();
-        let scene = scene_of(self.epoch, &self.session, &self.base, &self.sources);
+        let recordings = self.recordings();
+        let scene = scene_of(
+            self.epoch,
+            &self.session,
+            &self.base,
+            &self.sources,
+            recordings,
+        );
         let nodes = world.bodies().iter().enumerate();
         let nodes = nodes.map(|(index, body)| encode_nodes(self.epoch, index, &body.rest));
         let skins = self.skins.whole(self.epoch, self.session.painter());
@@ -48,10 +55,13 @@ impl Show {
         let world = self.session.world();
         let tools = tool_states(world);
         let nodes = nodes_of(world);
-        let bodies: Vec<BodyState<'_>> = (nodes.iter())
-            .map(|(positions, gradients)| BodyState {
+        let quantities = self.colors.iter().fold(0, |all, one| all | one.bit());
+        let values = values_of(world, quantities);
+        let bodies: Vec<BodyState<'_>> = (nodes.iter().zip(&values))
+            .map(|((positions, gradients), values)| BodyState {
                 positions,
                 gradients,
+                values,
             })
             .collect();
         let state = StateMessage {
@@ -64,6 +74,7 @@ impl Show {
             grip: world.grip_force().unwrap_or(DVec3::ZERO),
             tools: &tools,
             blade: self.session.blade(),
+            values: quantities,
             bodies: &bodies,
         };
         let state = encode_state(self.epoch, &state);

@@ -92,8 +92,7 @@ impl Session {
             Some(first) => {
                 stroke.due = Some(due);
                 if let Some(before) = stroke.before.clone() {
-                    let bytes = before.bytes();
-                    self.ring.push(before, bytes);
+                    self.remember(before);
                 }
                 self.strokes += 1;
                 Some((StrokePhase::Start, first))

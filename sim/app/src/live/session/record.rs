@@ -1,12 +1,54 @@
 //! What is kept of a session: forces, paths, and the score sheet.
 
+use std::path::Path;
+
 use glam::DVec3;
+use phyxel::Input;
+use phyxel::scene::Scene;
 use phyxel_live::ForceSample;
+
+use super::SAVED;
+use crate::output::read_input;
 
 use crate::run::csv_row;
 
 /// Simulated time (s) between two samples of a force: what haptic devices are fed with.
 const SAMPLE: f64 = 1e-3;
+
+/// What a saved session did.
+#[derive(Debug, Default)]
+pub(in crate::live) struct Recording {
+    pub(super) inputs: Vec<Input>,
+    /// Steps and simulated time (s) at its end.
+    pub(super) steps: u64,
+    pub(super) time: f64,
+}
+
+impl Recording {
+    /// Reads what was saved in a folder, and its scene; the words of a failure are for people.
+    pub(in crate::live) fn read(folder: &Path) -> Result<(Scene, Self), String> {
+        let [scene, input, _, score] = SAVED.map(|name| folder.join(name));
+        let scene = phyxel_scene::load(scene, &[]).map_err(|error| error.to_string())?;
+        let inputs = read_input(&input, &scene).map_err(|error| error.to_string())?;
+        let score = phyxel_scene::read_text(&score).map_err(|error| error.to_string())?;
+        let figure = |name: &str| {
+            let mut rows = score.lines().filter_map(|line| line.split_once(','));
+            let value = rows.find_map(|(key, value)| (key == name).then_some(value));
+            value.ok_or(format!("{} does not say {name}", SAVED[3]))
+        };
+        let unread = || format!("{} is no score sheet", SAVED[3]);
+        let steps = figure("steps")?.parse().map_err(|_| unread())?;
+        let time = figure("simulated_time_s")?.parse().map_err(|_| unread())?;
+        Ok((
+            scene,
+            Self {
+                inputs,
+                steps,
+                time,
+            },
+        ))
+    }
+}
 
 /// Ways and largest forces of a session.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
