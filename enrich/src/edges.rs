@@ -170,7 +170,7 @@ impl Cuts {
         }
     }
 
-    fn ends(&self, edge: u32) -> [DVec3; 2] {
+    pub(crate) fn ends(&self, edge: u32) -> [DVec3; 2] {
         self.edges.edges[edge as usize]
             .ends
             .map(|v| self.vertices[v as usize])
