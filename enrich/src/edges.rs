@@ -1,6 +1,7 @@
 //! Edges of a cut's triangles: where it ends, and around which paths pass.
 
 use std::collections::HashMap;
+use std::ops::Range;
 
 use glam::DVec3;
 
@@ -99,6 +100,16 @@ impl Cuts {
     pub(crate) fn has(&self, [a, b, c]: [u32; 3]) -> bool {
         let found = self.edges.of.get(&key(&self.vertices, a, b));
         found.is_some_and(|&edge| self.edges.edges[edge as usize].opposite.contains(&c))
+    }
+
+    /// Edges of some triangles that no other triangle has, and the unit vector out of the cut at each.
+    pub(crate) fn free_edges(&self, triangles: Range<usize>) -> Vec<([u32; 2], DVec3)> {
+        let corners = self.surface().1[triangles].iter();
+        let edges = corners.flat_map(|&[p, q, r]| [[p, q], [q, r], [r, p]]);
+        let edges = edges.filter_map(|[p, q]| self.edges.of.get(&key(&self.vertices, p, q)));
+        let edges = edges.map(|&edge| &self.edges.edges[edge as usize]);
+        let free = edges.filter(|edge| edge.opposite.len() == 1);
+        free.map(|edge| (edge.ends, edge.outward)).collect()
     }
 
     /// The edge with one triangle, at which the cut ends, that is nearest to a point, and its point there, if there is
