@@ -65,8 +65,8 @@ struct Stroke {
 /// vector `(e, e², e³)`. A node exactly on a cut belongs to the side of larger x; where the cut contains the x
 /// direction, of larger y, then z. Crossings do not depend on the order or direction of triangles.
 ///
-/// Not joined: faces. A stroke that is to end at an older face must reach it or go through it; one that stops short
-/// of it, by a fiftieth of a node spacing even, may leave pairs between. A cut holds about 1 kB per triangle.
+/// Not joined: faces. A stroke that is to end at an older face must reach it or go through it; one that stops a little short
+/// of it may leave pairs between, which [`Cuts::carry_through`] closes. A cut holds about 1 kB per triangle.
 ///
 /// # Examples
 /// ```
@@ -315,6 +315,11 @@ impl Cuts {
             + self.forest.bytes()
     }
 
+    /// Distance of the nodes (m), about.
+    pub(crate) fn spacing(&self) -> f64 {
+        0.5 * self.settings.influence_radius
+    }
+
     fn open(&self, stroke: usize) -> Result<(), CutError> {
         match self.strokes.get(stroke) {
             None => Err(CutError::UnknownStroke {
@@ -327,7 +332,7 @@ impl Cuts {
     }
 
     /// The nearest vertex within the tolerance; else a new one.
-    fn welded(&mut self, point: DVec3) -> u32 {
+    pub(crate) fn welded(&mut self, point: DVec3) -> u32 {
         let tolerance = self.settings.weld_tolerance;
         let mut best: Option<(f64, u32)> = None;
         let near = Bounds::of(&[point]).grown(tolerance);
@@ -365,7 +370,7 @@ impl Cuts {
         placed
     }
 
-    fn add(&mut self, corners: [u32; 3]) {
+    pub(crate) fn add(&mut self, corners: [u32; 3]) {
         let [p, q, r] = corners.map(|v| self.vertices[v as usize]);
         if normal_signs(p, q, r) != [0; 3] && !self.has(corners) {
             self.push(corners);

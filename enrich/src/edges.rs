@@ -1,6 +1,7 @@
 //! Edges of a cut's triangles: where it ends, and around which paths pass.
 
 use std::collections::HashMap;
+use std::ops::Range;
 
 use glam::DVec3;
 
@@ -101,6 +102,16 @@ impl Cuts {
         found.is_some_and(|&edge| self.edges.edges[edge as usize].opposite.contains(&c))
     }
 
+    /// Edges of some triangles that no other triangle has, and the unit vector out of the cut at each.
+    pub(crate) fn free_edges(&self, triangles: Range<usize>) -> Vec<([u32; 2], DVec3)> {
+        let corners = self.surface().1[triangles].iter();
+        let edges = corners.flat_map(|&[p, q, r]| [[p, q], [q, r], [r, p]]);
+        let edges = edges.filter_map(|[p, q]| self.edges.of.get(&key(&self.vertices, p, q)));
+        let edges = edges.map(|&edge| &self.edges.edges[edge as usize]);
+        let free = edges.filter(|edge| edge.opposite.len() == 1);
+        free.map(|edge| (edge.ends, edge.outward)).collect()
+    }
+
     /// The edge with one triangle, at which the cut ends, that is nearest to a point, and its point there, if there is
     /// one within a distance. Of edges that meet at that point it is the one most across the path to it.
     pub(crate) fn nearest_free_edge(
@@ -170,7 +181,7 @@ impl Cuts {
         }
     }
 
-    fn ends(&self, edge: u32) -> [DVec3; 2] {
+    pub(crate) fn ends(&self, edge: u32) -> [DVec3; 2] {
         self.edges.edges[edge as usize]
             .ends
             .map(|v| self.vertices[v as usize])

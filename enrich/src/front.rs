@@ -21,13 +21,13 @@ pub(crate) use swept::{SweptPair, close_edge, swept_pairs};
 
 /// Below this fraction of the spacing ahead of a front there is no telling a surface or an older sheet
 /// from the front: it is passed. It is the default weld tolerance.
-const SKIN: f64 = 0.1;
+pub(crate) const SKIN: f64 = 0.1;
 /// How far a front that leaves the body is carried on, in spacings: a sheet that ends on the surface
 /// severs none of the pairs that lie in it.
-const OVERSHOOT: f64 = 0.5;
+pub(crate) const OVERSHOOT: f64 = 0.5;
 /// How far a branch, and a front that meets an older sheet, reach through it, in spacings: more than
 /// the offset of diffraction points, 0.05 of an influence radius of 2.
-const THROUGH: f64 = 0.15;
+pub(crate) const THROUGH: f64 = 0.15;
 /// A blade this near to its sheet (in spacings) without being ahead of the front is in its gap: the
 /// map between two flanks is good to half a spacing.
 const NEAR: f64 = 0.5;

@@ -3,6 +3,7 @@
 
 mod blade;
 mod bounds;
+mod closing;
 mod comparators;
 mod cut_rule;
 mod cuts;

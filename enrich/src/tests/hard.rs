@@ -6,10 +6,12 @@ use testkit::assert_matches;
 use testkit::cloud::Random;
 use testkit::strategies::vector;
 
-use super::shapes::Strokes;
+use super::shapes::{Strokes, space};
 use super::slow::{Cloud, inside};
-use super::space_cases::{cut, factors};
-use crate::{CutError, CutSettings, Cuts, FactorSettings, Graph, InfluenceRadius, PairFactors};
+use super::space_cases::{self, body, cut, factors};
+use crate::{
+    CutError, CutSettings, Cuts, FactorSettings, Graph, InfluenceRadius, PairFactors, Rule,
+};
 
 fn blade(y: f64, x: f64) -> Vec<DVec3> {
     vec![DVec3::new(x, y, -0.3), DVec3::new(x, y, 1.3)]
@@ -137,6 +139,28 @@ fn dice_leave_no_pair_between_cubes() {
     for (pair, &(i, j)) in cloud.pairs().iter().enumerate() {
         let same = cube(cloud.x[i]) == cube(cloud.x[j]);
         assert_eq!(found[pair], if same { 1.0 } else { 0.0 });
+    }
+}
+
+/// From either node of a pair the path is the same, but for the tolerance in which its bends are placed.
+#[test]
+fn factors_do_not_depend_on_the_order_of_nodes() {
+    for (name, strokes, _) in space() {
+        let cloud = body(&name);
+        let cuts = cut(&strokes, &space_cases::settings(&cloud));
+        for (i, j) in cloud
+            .pairs()
+            .into_iter()
+            .filter(|(i, j)| i < j && (i + j) % 3 == 0)
+        {
+            let factor = |i: usize, j: usize| {
+                Rule::Diffraction.factor(&cuts, cloud.x[i], cloud.x[j], cloud.radius, &inside)
+            };
+            let [one, other] = [factor(i, j), factor(j, i)];
+            let off = (one - other).abs();
+            assert!(off < 1e-5, "{name}: {i} {j} {one} {other}");
+            assert_eq!(one == 0.0, other == 0.0, "{name}: {i} {j}");
+        }
     }
 }
 

@@ -1,4 +1,4 @@
-//! Sheets that end a little behind the faces of older ones.
+//! Sheets that end near the faces of older ones, and on the surface.
 
 use glam::DVec3;
 use testkit::cloud::{Random, lattice, lattice_rows};
@@ -51,6 +51,7 @@ fn pieces(wavy: bool, gap: f64, lean: f64, down: bool, at: f64) -> usize {
         let stroke = cuts.start(&edges[0]).unwrap();
         for edge in &edges[1..] {
             let new = cuts.append(stroke, edge).unwrap();
+            let new = cuts.carry_through(new, &inside);
             factors.update(&graph, &cuts, new, &inside);
         }
     }
@@ -58,16 +59,50 @@ fn pieces(wavy: bool, gap: f64, lean: f64, down: bool, at: f64) -> usize {
     sizes.iter().filter(|size| **size > 3).count()
 }
 
+/// Whatever side of the face it ends on, within a tenth of a spacing.
 #[test]
-fn a_sheet_that_goes_a_little_through_a_face_joins_it() {
+fn a_sheet_that_ends_near_a_face_joins_it() {
     let mut random = Random::new(3);
     for wavy in [false, true] {
-        for (k, gap) in [-0.05, -0.1].into_iter().enumerate() {
+        for (k, gap) in [-0.1, -0.05, 0.0, 0.025, 0.05].into_iter().enumerate() {
             for (m, lean) in [0.0, 0.4, -1.2].into_iter().enumerate() {
                 let (down, at) = ((k + m) % 2 == 0, 4.6 + 1.8 * random.unit());
                 let case = format!("wavy {wavy}, gap {gap}, lean {lean}, down {down}, at {at}");
                 assert_eq!(pieces(wavy, gap, lean, down, at), 3, "{case}");
             }
         }
+    }
+}
+
+/// The sheet spans a body of 8 x 8 x 8 nodes, one apart, from surface to surface and no farther: the pairs that lie in its
+/// surface hold both parts together.
+#[test]
+fn a_sheet_that_ends_on_the_surface_parts_the_body() {
+    let x = lattice([8; 3], 1.0, 0.0, 0);
+    let (offsets, indices) = lattice_rows([8; 3]);
+    let graph = Graph::new(&x, &offsets, &indices).unwrap();
+    let inside = |p: DVec3| (p - DVec3::splat(3.5)).abs().max_element() <= 3.5;
+    for short in [0.0, 0.05, -1.0] {
+        let found = [false, true].map(|carries| {
+            let mut cuts = Cuts::new(&CutSettings::for_spacing(1.0));
+            let mut factors = PairFactors::new(&graph, &FactorSettings::default());
+            let edge = |x: f64| [short, 7.0 - short].map(|z| DVec3::new(x, 3.3 + 0.02 * x, z));
+            let stroke = cuts.start(&edge(short)).unwrap();
+            for share in [0.3, 0.6, 1.0] {
+                let at = short + share * (7.0 - 2.0 * short);
+                let mut new = cuts.append(stroke, &edge(at)).unwrap();
+                if carries {
+                    new = cuts.carry_through(new, &inside);
+                }
+                factors.update(&graph, &cuts, new, &inside);
+            }
+            connected_pieces(&offsets, &indices, &factors.to_vec()).sizes
+        });
+        assert_eq!(found[1], [256, 256], "{short} before the surface");
+        assert_eq!(
+            found[0].len(),
+            if short < 0.0 { 2 } else { 1 },
+            "{short} without"
+        );
     }
 }
