@@ -181,7 +181,7 @@ impl Cuts {
         }
     }
 
-    pub(crate) fn ends(&self, edge: u32) -> [DVec3; 2] {
+    fn ends(&self, edge: u32) -> [DVec3; 2] {
         self.edges.edges[edge as usize]
             .ends
             .map(|v| self.vertices[v as usize])

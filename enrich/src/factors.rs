@@ -44,7 +44,7 @@ impl Default for FactorSettings {
 /// A path bends at free edges, kinks, folds and joints of the triangles, any number of times: at edges whose unit
 /// directions into the triangles add up to 0.05 or more. It counts if it crosses no triangle with its bends moved
 /// outward by 0.05 h, and these lie in the body: that severs pairs at T joints and along a cut that overshoots the
-/// body by a little. A bend that does not lie in it moves along its edge by up to as much. Its length is over the edges themselves, or farther outside where another part of the cut is in
+/// body by a little. Its length is over the edges themselves, or farther outside where another part of the cut is in
 /// between.
 ///
 /// Only pairs that a cut crosses are held: at most [`PairFactors::BYTES_PER_PAIR`] for each, and

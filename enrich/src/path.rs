@@ -36,9 +36,6 @@ pub(crate) const OFFSET: f64 = 0.05;
 /// length is that of a path that is there: over the edge itself but for round-off, or farther outside.
 const TIGHTER: [f64; 2] = [1e-4, 0.125];
 
-/// Halvings with which a diffraction point is moved into the body: to a thousandth of the offset.
-const HALVINGS: usize = 10;
-
 /// Sweeps over the diffraction points of a path, each moved to its best position between its neighbours: at most so many,
 /// and no more once a sweep gains less than `GAIN` of the length.
 const SWEEPS: usize = 60;
@@ -47,7 +44,6 @@ const GAIN: f64 = 1e-6;
 const EXCHANGES: usize = 10;
 
 /// What a search asks again and again.
-#[derive(Clone, Copy)]
 struct Paths<'a> {
     cut: &'a Cuts,
     inside: &'a (dyn Fn(DVec3) -> bool + Sync),
@@ -78,6 +74,12 @@ pub(crate) fn shortest_path(
     inside: &(dyn Fn(DVec3) -> bool + Sync),
     scratch: &mut PathScratch,
 ) -> Option<Path> {
+    // A search takes the best positions seen from where it starts, so it starts where a lies whatever its number.
+    let [a, b] = if a.to_array() <= b.to_array() {
+        [a, b]
+    } else {
+        [b, a]
+    };
     let PathScratch { near, stops, path } = scratch;
     let around = Bounds::of(&[a.midpoint(b)]).grown(0.5 * radius);
     let ends = cut.diffraction_edges_into(&around, near);
@@ -114,8 +116,7 @@ pub(crate) fn shortest_path(
     let mut best = (radius, DVec3::ZERO);
     let mut shorter = 0;
     while shorter < stops.len() && stops[shorter].least < best.0 {
-        let diffraction = paths.within_body(stops[shorter].diffraction);
-        stops[shorter].diffraction = diffraction;
+        let diffraction = stops[shorter].diffraction;
         if let Some(length) = paths.length(&[diffraction])
             && length < best.0
         {
@@ -125,56 +126,13 @@ pub(crate) fn shortest_path(
     }
     stops.retain(|stop| stop.least < best.0 && inside(stop.diffraction.outside(paths.offset)));
     if stops.len() > 1 && paths.some_seen_from(a, stops) && paths.some_seen_from(b, stops) {
-        // A search takes the best positions seen from where it starts: from both ends it is the same for either.
-        let back = Paths {
-            a: b,
-            b: a,
-            ..paths
-        };
-        for tight in [true, false] {
-            for paths in [&paths, &back] {
-                best = paths.search(best, stops, path, tight);
-            }
-        }
+        best = paths.search(best, stops, path, true);
+        best = paths.search(best, stops, path, false);
     }
     (best.0 < radius).then_some(best)
 }
 
 impl Paths<'_> {
-    /// A diffraction point that lies in the body when moved outward, or else the nearest one along its edge within the offset, if
-    /// one does: where an edge meets the surface at a slant, its best point is often on the surface itself, and whether
-    /// the offset leads out of the body would hang on the sign of the slant.
-    fn within_body(&self, best: DiffractionPoint) -> DiffractionPoint {
-        let is_in = |at: &DiffractionPoint| (self.inside)(at.outside(self.offset));
-        if is_in(&best) {
-            return best;
-        }
-        let mut nearest = (f64::INFINITY, best);
-        for end in self.cut.ends(best.edge) {
-            let way = (end - best.point).clamp_length_max(self.offset);
-            let at = |share: f64| DiffractionPoint {
-                point: best.point + way * share,
-                ..best
-            };
-            let (mut out, mut into) = (0.0, 1.0);
-            if !is_in(&at(into)) {
-                continue;
-            }
-            for _ in 0..HALVINGS {
-                let middle = 0.5 * (out + into);
-                if is_in(&at(middle)) {
-                    into = middle;
-                } else {
-                    out = middle;
-                }
-            }
-            if into * way.length() < nearest.0 {
-                nearest = (into * way.length(), at(into));
-            }
-        }
-        nearest.1
-    }
-
     fn some_seen_from(&self, end: DVec3, stops: &[Stop]) -> bool {
         let outside = |stop: &Stop| stop.diffraction.outside(self.offset);
         (stops.iter()).any(|stop| !self.cut.crosses(end, outside(stop)))
@@ -295,8 +253,12 @@ impl Paths<'_> {
             if stop.done {
                 continue;
             }
-            let edge = stop.diffraction.edge;
-            let diffraction = self.cut.diffraction_point(edge, last, self.b);
+            let diffraction = match from {
+                Some(_) => self
+                    .cut
+                    .diffraction_point(stop.diffraction.edge, last, self.b),
+                None => stop.diffraction,
+            };
             let length = reached + last.distance(diffraction.point);
             if length < stop.reached
                 && length + diffraction.point.distance(self.b) < best
