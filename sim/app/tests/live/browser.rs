@@ -218,6 +218,10 @@ fn save_and_repeat(browser: &mut Chromium, live: &Live) {
     play_again(browser, steps);
 }
 
+fn steps_of(browser: &mut Chromium) -> u64 {
+    browser.evaluate("stage.newest.step").as_u64().unwrap()
+}
+
 /// A recording is opened from the list of scenes, hands wait, the bar leads to its end and back, and the end has the very bits.
 fn play_again(browser: &mut Chromium, steps: u64) {
     let end = browser.evaluate(BITS);
@@ -244,8 +248,13 @@ fn play_again(browser: &mut Chromium, steps: u64) {
     // Steps up to the bar's middle are an estimate; those that are left are counted.
     browser.wait("document.getElementById('past-value').textContent.startsWith('-')");
     browser.evaluate("stage.lookBack(stage.past.now)");
-    let left = steps - browser.evaluate("stage.state.step").as_u64().unwrap();
-    step(browser, left);
+    browser.wait("!stage.panel.last.playing");
+    // The last state from before it stood may be under way.
+    let mut at = 0;
+    while std::mem::replace(&mut at, steps_of(browser)) != at {
+        std::thread::sleep(std::time::Duration::from_millis(400));
+    }
+    step(browser, steps - at);
     assert_eq!(browser.evaluate(BITS), end);
     assert_eq!(browser.evaluate("stage.panel.last.replaying"), json!(false));
 }
