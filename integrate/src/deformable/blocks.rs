@@ -10,8 +10,6 @@ use std::ops::Range;
 const RADIUS: f64 = 2.0;
 /// Part of the room up to which it is enough to know by how much nodes moved otherwise than their block.
 const BY_NODES: f64 = 0.5;
-/// Most room (margins) that is found.
-const MOST_ROOM: f64 = 0.5;
 /// Pairs of blocks that are looked at alone while others have more room. All were looked at 2,830, 2,650 and 1,740 times in the
 /// 5,100 steps of a cut liver (`run liver`, with contact) with 32, 64 and 512; the closest pairs cost least with the fewest.
 const CLOSEST: usize = 64;
@@ -218,9 +216,8 @@ impl Blocks {
                 .map(|block| motion(block).unwrap_or_default())
                 .collect()
         });
-        let most = MOST_ROOM * margin;
         let pairs = closest.map_or_else(
-            || self.pairs_within(&motions, far(0.0, 0.0), most),
+            || self.pairs_within(&motions, far(0.0, 0.0), margin),
             |closest| closest.iter().map(|(_, pair)| *pair).collect(),
         );
         let (mut rooms, mut spent) = (Vec::new(), Vec::new());
@@ -237,7 +234,7 @@ impl Blocks {
             }
         }
         let by_room = |a: &(f64, _), b: &(f64, _)| a.0.total_cmp(&b.0);
-        let mut others = most;
+        let mut others = margin;
         if rooms.len() > CLOSEST {
             let (_, (next, _), _) = rooms.select_nth_unstable_by(CLOSEST, by_room);
             others = others.min(*next);

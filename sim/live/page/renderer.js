@@ -27,7 +27,7 @@ export class Renderer {
     this.carry = carryProgram(gl);
     Object.entries({ near: NEARNESS, blend: BLEND, resolve: RESOLVE, point: POINT, behind: BACKGROUND }).forEach(([name, source]) => (this[name] = program(gl, source)));
     this.tool = program(gl, TOOL);
-    this.nocoarseg = gl.createVertexArray();
+    this.nothing = gl.createVertexArray();
     this.bodies = [];
     this.scene = null;
     this.supersampling = 1;
@@ -137,14 +137,14 @@ export class Renderer {
     gl.uniform1f(uniforms.lines, 10 ** Math.round(Math.log10(span) - 0.8));
   }
 
-  /** Draws everycoarseg. `tools`: meshes with position, turn, colour and opacities. */
+  /** Draws everything. `tools`: meshes with position, turn, colour and opacities. */
   draw(camera, tools) {
     const { gl, canvas } = this;
     if (!this.scene) {
       return;
     }
     this.fit();
-    gl.bindVertexArray(this.nocoarseg);
+    gl.bindVertexArray(this.nothing);
     gl.disable(gl.BLEND);
     gl.disable(gl.DEPTH_TEST);
     this.bodies.forEach((body) => body.update(camera.eye, this.coarse, this.scene.max_stretch));

@@ -2,14 +2,25 @@
 
 use std::io::Cursor;
 
+use phyxel::scene::Scene;
 use phyxel_cli::live::Session;
 use phyxel_elastic::von_mises_stress;
 use phyxel_splat::Frame;
 use serde_json::json;
 
 use crate::chromium::Chromium;
-use crate::page::{middle, opened, pause, show, step, step_until};
+use crate::page::{Live, middle, opened, pause, show, step, step_until};
 use crate::session::liver;
+
+/// A liver of so many surfels that does not come to rest, its page, and the browser that stands after some steps.
+fn standing(surfels: u32, size: [u32; 2], steps: u64) -> Option<(Scene, Live, Chromium)> {
+    let mut scene = liver(400, surfels);
+    scene.integration.settle = None;
+    let (live, mut browser) = opened(&scene, size)?;
+    pause(&mut browser);
+    step(&mut browser, steps);
+    Some((scene, live, browser))
+}
 
 /// The canvas at so many samples to a side of a pixel, and which of its pixels show tissue: what is behind is not red.
 fn tissue(browser: &mut Chromium, samples: f64, name: &str) -> (usize, Vec<bool>) {
@@ -53,13 +64,9 @@ fn time_of(browser: &mut Chromium, samples: f64) -> f64 {
 /// Few and large disks stand for all while pictures come slowly: they leave hardly a gap and lie over nothing, cut or not.
 #[test]
 fn coarse_pictures_are_whole() {
-    let mut scene = liver(400, 30_000);
-    scene.integration.settle = None;
-    let Some((_live, mut browser)) = opened(&scene, [960, 540]) else {
+    let Some((_, _live, mut browser)) = standing(30_000, [960, 540], 2) else {
         return;
     };
-    pause(&mut browser);
-    step(&mut browser, 2);
     let times = [1.0, 0.7, 0.5].map(|samples| (samples, time_of(&mut browser, samples)));
     for (samples, time) in times {
         eprintln!("picture of 30,000 surfels at {samples} of 960x540: {time:.0} ms");
@@ -105,13 +112,9 @@ fn coarse_pictures_are_whole() {
 /// Colours of quantities that the server sends for whoever asks, and nobody else.
 #[test]
 fn colours_show_stress_and_contact() {
-    let mut scene = liver(400, 4_000);
-    scene.integration.settle = None;
-    let Some((_live, mut browser)) = opened(&scene, [820, 600]) else {
+    let Some((scene, _live, mut browser)) = standing(4_000, [820, 600], 20) else {
         return;
     };
-    pause(&mut browser);
-    step(&mut browser, 20);
     assert_eq!(browser.evaluate("stage.state.values"), json!(0));
     let plain = browser.number("stage.state.bytes");
     let color = |name: &str| {
