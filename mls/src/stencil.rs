@@ -207,6 +207,33 @@ impl GradientStencils {
         Ok(())
     }
 
+    /// Area vector (m²) that cuts have opened at a node, outward: `a_j = Σ_i V_i g_ij − b_j`, of its pairs alone; 0 for plain stencils.
+    ///
+    /// A uniform stress P pulls at node j with `−P Σ_i V_i g_ij`, which is 0 inside an uncut body by its conservation. A pressure on the flanks
+    /// of a cut balances such a stress if it is shared out by `a_j`. Over a piece that is cut off `Σ (a_j + b_j) = 0` and
+    /// `Σ (a_j + b_j) ⊗ X_j = (Σ V) I`, where its rows have full rank.
+    ///
+    /// # Panics
+    /// If positions or graph are not those of the set-up or the node is out of range.
+    #[must_use]
+    pub fn opened_area(
+        &self,
+        positions: &[DVec3],
+        neighborhoods: &Neighborhoods,
+        node: usize,
+    ) -> DVec3 {
+        self.assert_same(positions, neighborhoods);
+        let Some(&boundary) = self.boundary_vectors.get(node) else {
+            return DVec3::ZERO;
+        };
+        let row = Row::new(positions, neighborhoods, &self.weights, node);
+        row.pairs().fold(-boundary, |sum, (other, x, w)| {
+            let jump = self.multipliers[other] - self.multipliers[node];
+            let of = |row: usize| self.matrices[row] * x + jump * self.scales[row];
+            sum - (of(other) * self.volumes[other] + of(node) * self.volumes[node]) * w
+        })
+    }
+
     fn assert_same(&self, positions: &[DVec3], neighborhoods: &Neighborhoods) {
         assert_eq!(positions.len(), self.ranks.len(), "one position per node");
         let pairs = neighborhoods.pair_count();

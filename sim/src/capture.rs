@@ -117,13 +117,13 @@ impl World {
 
     /// Lets contact between bodies follow a cut that a body has taken, and keeps its new pieces for drawing.
     pub(crate) fn take_note(&mut self, body: usize, update: CutUpdate) -> Result<(), WorldError> {
-        let triangles = update.triangles;
         if let Some(contact) = &mut self.deformable {
-            let grown = contact.grow(&self.bodies, body, &triangles);
+            let grown = contact.grow(&self.bodies, body, &update);
             in_body(grown, &self.bodies[body].name)?;
             // Its samples are others than a snapshot has.
             self.now.kept = None;
         }
+        let triangles = update.triangles;
         if !triangles.is_empty() {
             self.new_pieces.push(CutPiece { body, triangles });
         }

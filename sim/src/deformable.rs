@@ -9,6 +9,7 @@ use phyxel_integrate::{
 use phyxel_splat::{CAPSULE, Tissue, TissueSettings};
 
 use crate::Body;
+use crate::cutting::CutUpdate;
 use crate::error::{BodyProblem, WorldError, in_body};
 use crate::scene::Scene;
 
@@ -26,6 +27,8 @@ struct Surface {
     /// Sample of each surfel.
     samples: Vec<u32>,
     outside: Outside,
+    /// Area vectors (m²) that cuts have opened at nodes; empty before the first.
+    opened: Vec<DVec3>,
     /// Where the body's nodes begin among those of all.
     first: usize,
     /// Of its samples (Pa/m), and the distance (m) of its nodes.
@@ -58,6 +61,7 @@ impl DeformableBodies {
                 tissue: in_body(tissue_of(body), &body.name)?,
                 samples: Vec::new(),
                 outside: Outside::new(&boundary_triangles(&body.tetrahedra, |_| true)),
+                opened: Vec::new(),
                 first: rest.len(),
                 stiffness: description.material.youngs_modulus / body.spacing,
                 spacing: body.spacing,
@@ -83,26 +87,27 @@ impl DeformableBodies {
         };
         let mut disks = ContactDisks::default();
         for body in 0..bodies.len() {
-            all.take_new(body, &mut disks);
+            all.take_new(&bodies[body], body, &mut disks);
         }
         all.contact.set_disks(disks, &[], &[]);
         Ok(Some(all))
     }
 
     /// Adds samples for the surfels of a body that have none.
-    fn take_new(&mut self, body: usize, disks: &mut ContactDisks) {
+    fn take_new(&mut self, body: &Body, at: usize, disks: &mut ContactDisks) {
         let Surface {
             samples, tissue, ..
-        } = &self.surfaces[body];
+        } = &self.surfaces[at];
         for surfel in samples.len()..tissue.surfels().len() {
-            let (sample, nodes) = self.sample(body, surfel);
-            self.surfaces[body].samples.push(index(disks.len()));
-            disks.push(sample, &nodes, &self.rest);
+            let (sample, nodes, areas) = self.sample(body, at, surfel);
+            self.surfaces[at].samples.push(index(disks.len()));
+            disks.push(sample, (&nodes, &areas), &self.rest);
         }
     }
 
-    fn sample(&self, body: usize, surfel: usize) -> (DiskSample, Vec<u32>) {
-        let surface = &self.surfaces[body];
+    /// A surfel as a sample, with the nodes that may bear it and what cuts have opened there.
+    fn sample(&self, body: &Body, at: usize, surfel: usize) -> (DiskSample, Vec<u32>, Vec<DVec3>) {
+        let surface = &self.surfaces[at];
         let tissue = &surface.tissue;
         let (row, _) = tissue.binding().row(surfel);
         let disk = &tissue.surfels()[surfel];
@@ -118,12 +123,41 @@ impl DeformableBodies {
             normal: disk.normal,
             area: disk.area,
             flank: disk.material != CAPSULE,
-            body: index(body),
+            body: index(at),
             stiffness: surface.stiffness,
             spacing: surface.spacing,
         };
-        let first = index(surface.first);
-        (sample, nodes.iter().map(|node| first + node).collect())
+        let mut nodes = nodes.to_vec();
+        let mut areas = Vec::new();
+        if sample.flank && !surface.opened.is_empty() {
+            let graph = &body.neighborhoods;
+            for &node in row {
+                let pairs = graph.pairs(node as usize).zip(graph.row(node as usize));
+                let linked = pairs.filter(|(pair, _)| body.stencils.weights[*pair] > 0.0);
+                nodes.extend(linked.map(|(_, other)| other));
+            }
+            areas.extend(nodes.iter().map(|node| surface.opened[*node as usize]));
+        }
+        for node in &mut nodes {
+            *node += index(surface.first);
+        }
+        (sample, nodes, areas)
+    }
+
+    /// Takes what a cut that changed the rows of `touched` nodes has opened; which nodes bear more or less since.
+    fn open(&mut self, body: &Body, at: usize, touched: &[u32]) -> Vec<bool> {
+        let opened = &mut self.surfaces[at].opened;
+        opened.resize(body.rest.len(), DVec3::ZERO);
+        let mut others = vec![false; opened.len()];
+        let graph = &body.neighborhoods;
+        let rows = touched.iter().map(|&node| graph.row(node as usize));
+        for &node in rows.flatten().chain(touched) {
+            let node = node as usize;
+            let area = body.stencils.opened_area(&body.rest, graph, node);
+            others[node] |= opened[node] != area;
+            opened[node] = area;
+        }
+        others
     }
 
     /// Follows a cut that a body has taken: new flanks, and surfels that see other nodes.
@@ -131,15 +165,24 @@ impl DeformableBodies {
         &mut self,
         bodies: &[Body],
         index: usize,
-        triangles: &[[DVec3; 3]],
+        update: &CutUpdate,
     ) -> Result<(), BodyProblem> {
         let body = &bodies[index];
+        let others = self.open(body, index, &update.touched);
         let Surface {
             tissue, samples, ..
         } = &mut self.surfaces[index];
-        let mut changed = body.cut_surface(tissue, triangles)?;
+        let mut changed = body.cut_surface(tissue, &update.triangles)?;
         changed.extend(tissue.part(&body.pieces().piece));
         let known = samples.len();
+        let flanks = tissue.outer_count()..known;
+        let is_other = |surfel: &usize| {
+            let (nodes, _) = tissue.binding().row(*surfel);
+            nodes.iter().any(|node| others[*node as usize])
+        };
+        changed.extend(flanks.filter(is_other).map(self::index));
+        changed.sort_unstable();
+        changed.dedup();
         if changed.iter().all(|surfel| *surfel as usize >= known) && tissue.surfels().len() == known
         {
             return Ok(());
@@ -149,12 +192,12 @@ impl DeformableBodies {
         let mut disks = self.contact.take_disks(&self.positions);
         let mut set = Vec::new();
         for surfel in changed.filter(|surfel| *surfel < known) {
-            let (sample, nodes) = self.sample(index, surfel);
+            let (sample, nodes, areas) = self.sample(body, index, surfel);
             let at = self.surfaces[index].samples[surfel] as usize;
-            disks.set(at, sample, &nodes, &self.rest);
+            disks.set(at, sample, (&nodes, &areas), &self.rest);
             set.push(at);
         }
-        self.take_new(index, &mut disks);
+        self.take_new(body, index, &mut disks);
         self.contact.set_disks(disks, &set, &self.positions);
         Ok(())
     }
@@ -310,7 +353,7 @@ mod tests {
         let mut pressed = 0.0_f64;
         let mut again = World::new(scene.clone()).unwrap();
         let mut begun = 0;
-        for step in 0..180 {
+        for step in 0..400 {
             world.step().unwrap();
             pressed = pressed.max(normal(&world));
             // After lists were made in a step, or by a cut, the next step has a new bound.

@@ -29,7 +29,10 @@ fn feather_edges_touch_nothing() {
             let normal = [DVec3::Z, -DVec3::Z][k];
             disks.push(
                 sample(DVec3::new(1.0, 1.0, z), normal, flank),
-                &[0, 1, 2, 3, 4, 5, 6, 7, 8].map(|node| node + apart * u32::from(k == 1)),
+                (
+                    &[0, 1, 2, 3, 4, 5, 6, 7, 8].map(|node| node + apart * u32::from(k == 1)),
+                    &[],
+                ),
                 &rest,
             );
         }
@@ -143,7 +146,7 @@ fn blocks_that_swing_alone_are_listed_again() {
             stiffness: 1.0,
             spacing: 1.0,
         };
-        disks.push(sample, &row.collect::<Vec<_>>(), &rest);
+        disks.push(sample, (&row.collect::<Vec<_>>(), &[]), &rest);
     }
     let settings = DeformableSettings::default();
     let begin = |disks| DeformableContact::new(disks, settings, 2, |_, _| Some(0.0));
@@ -181,8 +184,8 @@ fn blocks_that_swing_alone_are_listed_again() {
                 let sample = disks.samples[at];
                 let nodes = disks.nodes[disks.row(at)].to_vec();
                 let position = sample.position + random.vector(0.3);
-                disks.set(at, DiskSample { position, ..sample }, &nodes, &rest);
-                disks.push(sample, &nodes, &rest);
+                disks.set(at, DiskSample { position, ..sample }, (&nodes, &[]), &rest);
+                disks.push(sample, (&nodes, &[]), &rest);
             }
             contact.set_disks(disks, &[3, 4], &x);
         }
@@ -232,7 +235,7 @@ fn membranes_that_come_near_are_listed_before_they_meet() {
                 spacing: 1.0,
             };
             let nodes: Vec<u32> = (0..16).map(|n| n + 16 * k).collect();
-            disks.push(sample, &nodes, &rest);
+            disks.push(sample, (&nodes, &[]), &rest);
         }
         let settings = DeformableSettings::default();
         let mut contact = DeformableContact::new(disks, settings, 2, |_, _| Some(0.0));

@@ -50,7 +50,7 @@ fn split_sheets(frictions: [f64; 2], bodies: u32, seed: u64) -> (DeformableConta
                     stiffness: 1.0,
                     spacing: 1.0,
                 };
-                disks.push(sample, &nodes, &rest);
+                disks.push(sample, (&nodes, &[]), &rest);
             }
         }
     }
@@ -176,6 +176,62 @@ fn rows_follow_linear_fields_exactly() {
     }
 }
 
+/// A flank's samples bear by what the cut opened at nodes, whatever their distance, and follow fields that are linear along the disk.
+#[test]
+fn flanks_bear_by_opened_areas() {
+    let spots = (0..75_u32).map(|i| [i % 5, i / 5 % 5, i / 25].map(f64::from));
+    let rest: Vec<DVec3> = spots
+        .map(|[x, y, z]| DVec3::new(x + 0.1 * y.sin(), y, -z))
+        .collect();
+    let nodes: Vec<u32> = (0..75).collect();
+    let layer = [1.5, -0.5, 0.0];
+    let areas: Vec<DVec3> = nodes
+        .iter()
+        .map(|node| DVec3::new(0.1, 0.0, layer[*node as usize / 25]))
+        .collect();
+    let matrix = DMat3::from_cols(
+        DVec3::new(1.1, 0.2, -0.1),
+        DVec3::new(0.0, 0.9, 0.3),
+        DVec3::new(0.0, 0.0, 1.0),
+    );
+    let moved: Vec<DVec3> = rest.iter().map(|x| matrix * *x).collect();
+    for height in [0.01, 0.99] {
+        let mut disks = ContactDisks::default();
+        let sample = DiskSample {
+            flank: true,
+            position: DVec3::new(2.2, 1.9, height),
+            normal: DVec3::Z,
+            area: 0.25,
+            body: 0,
+            stiffness: 1.0,
+            spacing: 1.0,
+        };
+        disks.push(sample, (&nodes, &areas), &rest);
+        let mut layers = [0.0; 3];
+        for entry in disks.row(0) {
+            layers[disks.nodes[entry] as usize / 25] += disks.weights[entry];
+        }
+        for (found, expected) in layers.iter().zip(layer) {
+            assert!((found - expected).abs() < 0.02, "{layers:?}");
+        }
+        // Half a spacing in front of the first layer, where the nodes' volume ends.
+        assert!(
+            (disks.thickness[0] - (height - 0.5)).abs() < 0.02,
+            "{disks:?}"
+        );
+        let along = DVec3::new(2.2, 1.9, 0.0) - DVec3::Z * (disks.thickness[0] - height);
+        assert!((disks.place(0, &moved).x - matrix * along).length() < 1e-12);
+        // Where areas cancel, as at a cut's front, and without areas it is fitted.
+        let mixed: Vec<DVec3> = (0..75)
+            .map(|i| areas[i] * f64::from([1, -1][i % 2]))
+            .collect();
+        let mut fitted = [ContactDisks::default(), ContactDisks::default()];
+        fitted[0].push(sample, (&nodes[..16], &mixed[..16]), &rest);
+        fitted[1].push(sample, (&nodes[..16], &[]), &rest);
+        assert_eq!(fitted[0].weights, fitted[1].weights);
+    }
+}
+
 /// A sheet of one layer of nodes does not determine its normal direction: the surface stays as far outside as at rest.
 #[test]
 fn a_membrane_has_a_thickness() {
@@ -192,14 +248,14 @@ fn a_membrane_has_a_thickness() {
         stiffness: 1.0,
         spacing: 1.0,
     };
-    disks.push(sample, &[0, 1, 2, 3, 4, 5, 6, 7, 8, 0], &rest);
+    disks.push(sample, (&[0, 1, 2, 3, 4, 5, 6, 7, 8, 0], &[]), &rest);
     assert!((disks.thickness[0] - 0.4).abs() < 1e-12, "{disks:?}");
     assert!(
         (disks.place(0, &rest).x - DVec3::new(1.2, 0.9, 0.0)).length() < 1e-12,
         "{disks:?}"
     );
     let alone = DiskSample { body: 1, ..sample };
-    disks.push(alone, &[4], &rest);
+    disks.push(alone, (&[4], &[]), &rest);
     assert!(
         disks.reach[1] < 1e-300,
         "a single node makes a point without a disk"
@@ -338,7 +394,7 @@ fn samples_that_change_keep_their_energy() {
     let changed: Vec<usize> = (0..disks.len()).step_by(3).collect();
     for &at in &changed {
         let nodes: Vec<u32> = disks.row(at).map(|entry| disks.nodes[entry]).collect();
-        disks.set(at, disks.samples[at], &nodes[..9], &rest);
+        disks.set(at, disks.samples[at], (&nodes[..9], &[]), &rest);
     }
     contact.set_disks(disks, &changed, &x);
     let after = contact.energies(&x);

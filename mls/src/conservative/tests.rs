@@ -236,6 +236,51 @@ fn touched_rows_equal_a_full_rebuild_with_the_old_multipliers() {
     assert_eq!(s, before);
 }
 
+/// What a cut opens closes the surface of each piece around its volume; elsewhere nothing is open.
+#[test]
+fn opened_areas_close_the_surfaces_of_pieces() {
+    let block = block([8, 8, 6], 1.0, 0.2, 6);
+    let (x, volumes) = (&block.positions, &block.volumes);
+    let (graph, mut s) = build(&block);
+    let (factors, touched) = planar_cut(&block, &graph, 4.4, f64::INFINITY);
+    let areas = |s: &GradientStencils| -> Vec<DVec3> {
+        let nodes = 0..x.len();
+        nodes.map(|node| s.opened_area(x, &graph, node)).collect()
+    };
+    let face = largest(&s.boundary_vectors);
+    assert_below("uncut", largest(&areas(&s)), 1e-10 * face);
+    s.update_rows(x, &graph, |pair| factors[pair], &touched)
+        .unwrap();
+    let opened = areas(&s);
+    for left in [true, false] {
+        let piece = (0..x.len()).filter(|node| (x[*node].x < 4.4) == left);
+        let (mut sum, mut volume, mut moment) = (DVec3::ZERO, 0.0, DMat3::ZERO);
+        for node in piece {
+            let area = opened[node] + s.boundary_vectors[node];
+            sum += area;
+            moment += outer(area, x[node]);
+            volume += volumes[node];
+            if x[node].distance(DVec3::new(4.4, x[node].y, x[node].z)) > 3.5 {
+                assert_below("far from the cut", opened[node].length(), 1e-10 * face);
+            }
+        }
+        assert_below("a closed surface", sum.length(), 1e-10 * face);
+        for entry in (moment - DMat3::IDENTITY * volume).to_cols_array() {
+            assert_below("its volume", entry.abs(), 1e-10 * volume);
+        }
+    }
+    let across = |left: bool| {
+        opened
+            .iter()
+            .zip(x)
+            .filter(move |(_, x)| (x.x < 4.4) == left)
+    };
+    for (left, sign) in [(true, 1.0), (false, -1.0)] {
+        let area: DVec3 = across(left).map(|(area, _)| *area).sum();
+        assert_within("of the flank", sign * area.x, 48.0, 0.01);
+    }
+}
+
 /// A body diced by planes, with slivers, and a node that keeps one pair: rows that lose their rank keep
 /// what plain stencils have there. Weights survive storage as f32.
 #[test]
