@@ -348,8 +348,10 @@ impl Elastic {
     /// An estimate: smaller differences of energy have no meaning.
     #[must_use]
     pub fn energy_round_off(&self, positions: &[DVec3]) -> f64 {
+        let bounds = self.model.materials.iter().map(Material::modulus_bound);
+        let bounds: Vec<f64> = bounds.collect();
         let volumes = self.model.elastic_volumes.iter().enumerate();
-        let moduli = volumes.map(|(node, volume)| volume * self.material(node).modulus_bound());
+        let moduli = volumes.map(|(node, volume)| volume * bounds[self.model.material_index(node)]);
         let places = positions.iter().zip(&self.model.rest).enumerate();
         let apart = places
             .map(|(node, (x, rest))| (self.tables.drag(node) * x.distance_squared(*rest)).powi(2));

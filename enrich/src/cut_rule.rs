@@ -128,6 +128,20 @@ impl Factors {
         }
     }
 
+    /// Of each node whether a cut may have weakened one of its pairs; with the dissertation's grids true of all.
+    ///
+    /// # Panics
+    /// If the graph has other numbers of nodes and pairs than that of the start.
+    #[must_use]
+    pub fn weakened_nodes(&self, graph: &Graph<'_>) -> Vec<bool> {
+        let mut weakened = vec![self.grids.is_some(); graph.positions.len()];
+        for (i, j, _) in self.pairs.crossed(graph) {
+            weakened[i as usize] = true;
+            weakened[j as usize] = true;
+        }
+        weakened
+    }
+
     /// Number of undirected pairs whose factor is below 1.
     #[must_use]
     pub fn crossed_count(&self) -> usize {

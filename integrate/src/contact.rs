@@ -102,6 +102,12 @@ pub(crate) enum Limit {
     Lagged,
 }
 
+/// What an ascending list has of a point.
+fn of_point<T: Copy>(list: &[(u32, T)], point: u32) -> Option<T> {
+    let found = list.binary_search_by_key(&point, |entry| entry.0);
+    found.ok().map(|place| list[place].1)
+}
+
 /// A surface that can touch a tool, with the state of that contact.
 ///
 /// The energy is `Σ_q a_q ⟨−k φ_q⟩² / 2k` over the surface's points, with the signed distance `φ` at the
@@ -111,12 +117,10 @@ pub(crate) enum Limit {
 pub struct Contact {
     pub(crate) surface: ContactSurface,
     pub(crate) settings: ContactSettings,
-    /// Where a sticking point holds on to the tool, in the tool's frame; empty without friction.
-    pub(crate) anchors: Vec<Option<DVec3>>,
-    /// Largest traction (Pa) that lagged friction may take at each point; empty before the first.
-    pub(crate) limits: Vec<f64>,
-    /// Points that have an anchor.
-    pub(crate) sticking: Vec<u32>,
+    /// Largest traction (Pa) that lagged friction may take at points, ascending; none at all others.
+    pub(crate) limits: Vec<(u32, f64)>,
+    /// Points that stick, ascending, and where they hold on to the tool, in its frame.
+    pub(crate) sticking: Vec<(u32, DVec3)>,
     /// How far (m) the last step's forces moved each member by its middle: where the next solve begins; empty before a
     /// contact.
     pub(crate) pushed: Vec<DVec3>,
@@ -137,16 +141,9 @@ impl Contact {
         assert!(sound, "the penalty must be positive and finite");
         let sound = settings.friction.is_finite() && settings.friction >= 0.0;
         assert!(sound, "friction must be finite and not negative");
-        let rubs = settings.friction > 0.0;
-        let anchors = if rubs {
-            vec![None; surface.point_count()]
-        } else {
-            Vec::new()
-        };
         Self {
             surface,
             settings,
-            anchors,
             limits: Vec::new(),
             sticking: Vec::new(),
             pushed: Vec::new(),
@@ -155,27 +152,23 @@ impl Contact {
         }
     }
 
-    /// Whether it can be one with a body of so many nodes: lists as long as its surface, indices within
-    /// the body, finite numbers. One that comes from a file may not be.
+    /// Whether it can be one with a body of so many nodes: indices within the body and its surface, finite numbers.
+    /// One that comes from a file may not be.
     #[must_use]
     pub fn is_sound(&self, node_count: usize) -> bool {
         let points = self.surface.point_count();
-        let fits = |length: usize| length == 0 || length == points;
+        let known = |point: u32| (point as usize) < points;
+        let (limits, sticking) = (&self.limits, &self.sticking);
         let settings = &self.settings;
         self.surface.is_sound(node_count)
-            && fits(self.anchors.len())
-            && fits(self.limits.len())
-            && (settings.friction == 0.0 || self.anchors.len() == points)
-            && self
-                .sticking
+            && limits
                 .iter()
-                .all(|&point| (point as usize) < self.anchors.len())
-            && self.limits.iter().all(|limit| limit.is_finite())
-            && self
-                .anchors
+                .all(|&(point, limit)| known(point) && limit.is_finite())
+            && limits.is_sorted_by_key(|limit| limit.0)
+            && sticking
                 .iter()
-                .flatten()
-                .all(|anchor| anchor.is_finite())
+                .all(|&(point, anchor)| known(point) && anchor.is_finite())
+            && sticking.is_sorted_by_key(|anchor| anchor.0)
             && (self.pushed.is_empty() || self.pushed.len() == self.surface.members.len())
             && self.pushed.iter().all(|push| push.is_finite())
             && settings.penalty.is_finite()
@@ -200,7 +193,6 @@ impl Contact {
     #[must_use]
     pub fn bytes(&self) -> usize {
         self.surface.bytes()
-            + size_of_val(&*self.anchors)
             + size_of_val(&*self.limits)
             + size_of_val(&*self.sticking)
             + size_of_val(&*self.pushed)
@@ -308,7 +300,9 @@ impl Contact {
                     .map(|(n, w)| semi_implicit.positions[n] * w)
                     .sum();
                 let touches = placed.value(position) < 0.0;
-                if !(touches || lagged && self.rubs(point)) {
+                if !(touches
+                    || lagged && of_point(&self.limits, point).is_some_and(|limit| limit > 0.0))
+                {
                     continue;
                 }
                 let at = placed.distance(position);
@@ -345,13 +339,6 @@ impl Contact {
             self.rub((shape, pose), limit, &mut semi_implicit.forces, &mut sum);
         }
         sum
-    }
-
-    /// Whether a point feels friction with lagged limits, wherever it is.
-    fn rubs(&self, point: u32) -> bool {
-        self.limits
-            .get(point as usize)
-            .is_some_and(|limit| *limit > 0.0)
     }
 
     /// Adds `K v` (N/m) at the last evaluation to `product`; friction counts as far as its limits are

@@ -376,7 +376,7 @@ impl Cutting {
 }
 
 /// The body's nodes and pairs, as the factors read them.
-fn graph_of(body: &Body) -> Graph<'_> {
+pub(crate) fn graph_of(body: &Body) -> Graph<'_> {
     Graph::new_unchecked(
         &body.rest,
         body.neighborhoods.offsets(),

@@ -10,6 +10,7 @@ use phyxel_integrate::ContactSurface;
 use phyxel_splat::{SurfelError, Tissue, triangle_near_box};
 
 use crate::body::Body;
+use crate::cutting::graph_of;
 use crate::error::BodyProblem;
 use crate::scene::{self, Scene};
 use crate::shape::Sampled;
@@ -131,14 +132,15 @@ impl Body {
     /// Gives tools way where cuts have torn the surface since: the area of torn triangles goes to their corners, so that
     /// nothing spans the gap.
     pub(crate) fn tear_contacts(&mut self) -> Result<(), BodyProblem> {
-        let holds = |a: u32, b: u32| self.holds(a, b);
-        let whole = |&&[a, b, c]: &&[u32; 3]| holds(a, b) && holds(b, c) && holds(c, a);
-        let outside = self.tool_surface.triangles();
-        let torn = outside.len() - outside.iter().filter(whole).count();
+        let torn = {
+            let holds = self.holding();
+            let torn = |&&[a, b, c]: &&[u32; 3]| !(holds(a, b) && holds(b, c) && holds(c, a));
+            self.tool_surface.triangles().iter().filter(torn).count()
+        };
         if self.contacts.iter().any(|contact| contact.torn != torn) {
-            let surface = self.contact_surface()?;
-            for contact in &mut self.contacts {
-                contact.rigid.set_surface(surface.clone());
+            let surfaces = std::iter::repeat_n(self.contact_surface()?, self.contacts.len());
+            for (contact, surface) in self.contacts.iter_mut().zip(surfaces) {
+                contact.rigid.set_surface(surface);
                 contact.torn = torn;
             }
         }
@@ -148,21 +150,26 @@ impl Body {
     /// Contact points on its outside: a triangle is torn if two of its corners no longer hold together.
     fn contact_surface(&self) -> Result<ContactSurface, BodyProblem> {
         let rest = &self.rest;
-        let holds = |a: u32, b: u32| self.holds(a, b);
         Ok(match &self.tool_surface {
             // No node's area spans a gap.
             ToolSurface::Nodes(nodes, areas) => {
                 ContactSurface::from_nodes(nodes, areas, rest.len())?
             }
             ToolSurface::Triangles(outside) => {
-                ContactSurface::from_torn_triangles(outside, rest, DIVISIONS, holds)?
+                ContactSurface::from_torn_triangles(outside, rest, DIVISIONS, self.holding())?
             }
         })
     }
 
     /// Whether no cut has severed two nodes that were neighbours.
-    fn holds(&self, a: u32, b: u32) -> bool {
-        let pair = self.neighborhoods.find_pair(a as usize, b);
-        pair.is_none_or(|pair| self.factor(pair) > 0.0)
+    fn holding(&self) -> impl Fn(u32, u32) -> bool {
+        let cutting = self.cutting.as_ref();
+        let weakened = cutting.map(|cutting| cutting.factors.weakened_nodes(&graph_of(self)));
+        move |a, b| {
+            let both = |of: &Vec<bool>| of[a as usize] && of[b as usize];
+            let pair = || self.neighborhoods.find_pair(a as usize, b);
+            !weakened.as_ref().is_some_and(both)
+                || pair().is_none_or(|pair| self.factor(pair) > 0.0)
+        }
     }
 }

@@ -181,7 +181,8 @@ impl Tissue {
         rest_nodes: &[DVec3],
         settings: &TissueSettings,
     ) -> Result<Self, SurfelError> {
-        let surfels = Surfel::from_samples(positions, normals, areas, settings.radius)?;
+        let (surfels, outer_tree) =
+            Surfel::from_samples(positions, normals, areas, settings.radius)?;
         let n = surfels.len();
         if rest_nodes.is_empty() {
             return Err(SurfelError::NoNodes { surfels: n });
@@ -195,7 +196,6 @@ impl Tissue {
             .unwrap_or_else(|| n.max(1) as f64 / area.max(f64::MIN_POSITIVE));
         let node_tree = point_tree(rest_nodes);
         let binding = Binding::empty(settings.neighbors, rest_nodes.len());
-        let outer_tree = point_tree(positions);
         let renewal = Renewal::new(settings.radius, positions);
         let clips = if settings.clip {
             rim::sharp_edges(&surfels, &outer_tree)

@@ -74,7 +74,7 @@ pub fn sample_surfels(mesh: &Mesh, count: usize, exact: Option<&Solid>) -> Surfa
     }
     let share = area / candidates.len() as f64;
     let owner = |(i, candidate): (usize, &Candidate)| match place[i] {
-        u32::MAX => place[nearest(&tree, &candidates, candidate) as usize],
+        u32::MAX => place[nearest(&tree, &candidates, candidate, apart[i]) as usize],
         own => own,
     };
     let owners: Vec<u32> = (candidates.par_iter().enumerate()).map(owner).collect();
@@ -154,9 +154,21 @@ fn shuffle<T>(items: &mut [T]) {
     }
 }
 
-/// The nearest inserted point of the same side, of any side if there is none.
-fn nearest(tree: &Near, all: &[Candidate], of: &Candidate) -> u32 {
+/// The nearest inserted point of the same side, of any side if there is none; one is known within a squared distance (m²).
+fn nearest(tree: &Near, all: &[Candidate], of: &Candidate, within: f64) -> u32 {
     let alike = |id: &u32| all[*id as usize].normal.dot(of.normal) > SAME_SIDE;
+    // Points in a ball come faster out of the tree than points in order.
+    if within.is_finite() {
+        let squared = |id: u32| all[id as usize].position.distance_squared(of.position);
+        let ball = tree.within(of.position, within.sqrt()).filter(alike);
+        let mut near: Vec<(f64, u32)> = ball.map(|id| (squared(id), id)).collect();
+        near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+        if let [first, rest @ ..] = &near[..]
+            && rest.first().is_none_or(|next| first.0 < next.0)
+        {
+            return first.1;
+        }
+    }
     let found = tree.ascending(of.position).find(alike);
     found.unwrap_or_else(|| tree.nearest(of.position))
 }

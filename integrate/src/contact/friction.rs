@@ -1,6 +1,6 @@
 //! Coulomb friction by return mapping, with limits of the moment or lagged ones.
 
-use super::{Contact, ContactForce, ContactPoint, Limit};
+use super::{Contact, ContactForce, ContactPoint, Limit, of_point};
 use crate::shape::{Pose, RigidShape, outer};
 use glam::{DMat3, DVec3};
 
@@ -18,7 +18,7 @@ impl Contact {
         forces: &mut [DVec3],
         sum: &mut ContactForce,
     ) {
-        if self.anchors.is_empty() {
+        if self.settings.friction <= 0.0 {
             return;
         }
         let mut on_members = vec![DVec3::ZERO; self.surface.members.len()];
@@ -33,21 +33,20 @@ impl Contact {
     /// the largest change of a limit as a fraction of the largest limit. Static solutions with friction
     /// repeat solving and this until that is small, then [`Contact::settle_friction`].
     pub fn lag_friction(&mut self) -> f64 {
-        if self.anchors.is_empty() {
+        if self.settings.friction <= 0.0 {
             return 0.0;
         }
-        let mut limits = vec![0.0; self.surface.point_count()];
-        let mut largest: f64 = 0.0;
-        for active in &self.active {
-            let limit = self.settings.friction * active.pressure;
-            limits[active.point as usize] = limit;
-            largest = largest.max(limit);
-        }
-        self.limits.resize(limits.len(), 0.0);
-        let pairs = limits.iter().zip(&self.limits);
-        let change = pairs
-            .map(|(new, old)| (new - old).abs())
-            .fold(0.0, f64::max);
+        let limit =
+            |active: &ContactPoint| (active.point, self.settings.friction * active.pressure);
+        let limits: Vec<(u32, f64)> = self.active.iter().map(limit).collect();
+        let largest = limits.iter().map(|limit| limit.1).fold(0.0, f64::max);
+        let change = |of: &[(u32, f64)], from: &[(u32, f64)]| {
+            let change = |&(point, limit): &(u32, f64)| {
+                f64::abs(limit - of_point(from, point).unwrap_or(0.0))
+            };
+            of.iter().map(change).fold(0.0, f64::max)
+        };
+        let change = change(&limits, &self.limits).max(change(&self.limits, &limits));
         self.limits = limits;
         if largest > 0.0 {
             change / largest
@@ -59,24 +58,19 @@ impl Contact {
     /// Lets the points of the last evaluation slide to where their tractions hold them, and forgets
     /// those out of contact. Also lags the limits.
     pub fn settle_friction(&mut self, pose: &Pose) {
-        if self.anchors.is_empty() {
+        if self.settings.friction <= 0.0 {
             return;
         }
         self.active.retain(|point| point.pressure > 0.0);
         self.lag_friction();
-        for point in self.sticking.drain(..) {
-            let touches = |a: &ContactPoint| a.point.cmp(&point);
-            if self.active.binary_search_by(touches).is_err() {
-                self.anchors[point as usize] = None;
-            }
-        }
         let back = pose.rotation.inverse();
-        for active in &self.active {
+        let stuck = self.active.iter().map(|active| {
             let kept = active.traction / -self.settings.penalty;
             let anchor = back * (active.position - pose.position - kept);
-            self.anchors[active.point as usize] = Some(anchor);
-            self.sticking.push(active.point);
-        }
+            (active.point, anchor)
+        });
+        self.sticking.clear();
+        self.sticking.extend(stuck);
     }
 
     /// Adds friction at the active points to forces on members, with its symmetric stiffness.
@@ -87,13 +81,13 @@ impl Contact {
         forces: &mut [DVec3],
         sum: &mut ContactForce,
     ) {
-        if self.anchors.is_empty() {
+        if self.settings.friction <= 0.0 {
             return;
         }
         let k = self.settings.penalty;
         let placed = shape.placed(pose);
         for active in &mut self.active {
-            let Some(anchor) = self.anchors[active.point as usize] else {
+            let Some(anchor) = of_point(&self.sticking, active.point) else {
                 active.traction = DVec3::ZERO;
                 continue;
             };
@@ -101,7 +95,7 @@ impl Contact {
             let (limit, normal) = match limit {
                 Limit::Present => (self.settings.friction * active.pressure, active.normal),
                 Limit::Lagged => {
-                    let limit = self.limits.get(active.point as usize).copied();
+                    let limit = of_point(&self.limits, active.point);
                     (limit.unwrap_or(0.0), placed.distance(anchor).normal)
                 }
             };

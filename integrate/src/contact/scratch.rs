@@ -66,7 +66,7 @@ impl SemiImplicit {
         surface: &ContactSurface,
         shape: &RigidShape,
         pose: &Pose,
-        sticking: &[u32],
+        sticking: &[(u32, DVec3)],
     ) {
         self.near.clear();
         if let Some(clear) = &self.clear
@@ -91,8 +91,8 @@ impl SemiImplicit {
                 .map(|member| middle.distance_squared(at(member)));
             let farthest = away.fold(0.0, f64::max);
             let points = surface.points(group);
-            let sticks = sticking.get(sticking.partition_point(|point| *point < points.start));
-            let sticks = sticks.is_some_and(|point| *point < points.end);
+            let sticks = sticking.get(sticking.partition_point(|stuck| stuck.0 < points.start));
+            let sticks = sticks.is_some_and(|stuck| stuck.0 < points.end);
             if value <= 0.0 || farthest >= value * value || sticks {
                 self.near.push(group);
             } else {

@@ -49,7 +49,7 @@ pub struct ContactSurface {
     pub(crate) weights: Vec<f64>,
 }
 
-/// Ranges of one group in the surface's arrays.
+/// Ranges of one group in the surface's arrays; groups of alike points share their weights.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Group {
@@ -84,14 +84,20 @@ impl ContactSurface {
                 }
             }
         }
-        let mut surface = Self::default();
+        let weights = points.iter().flat_map(|(s, t)| [1.0 - s - t, *s, *t]);
+        let mut surface = Self {
+            weights: weights.collect(),
+            groups: Vec::with_capacity(triangles.len()),
+            nodes: Vec::with_capacity(3 * triangles.len()),
+            areas: Vec::with_capacity(points.len() * triangles.len()),
+            ..Self::default()
+        };
         for (item, triangle) in triangles.iter().enumerate() {
             check_nodes(item, triangle, rest_positions.len())?;
             let [a, b, c] = triangle.map(|node| rest_positions[node as usize]);
             let area = 0.5 * (b - a).cross(c - a).length();
             check_area(item, area)?;
-            let weights = points.iter().flat_map(|(s, t)| [1.0 - s - t, *s, *t]);
-            surface.push(triangle, weights, area / (n * n), points.len());
+            surface.push(triangle, 0, area / (n * n), points.len());
         }
         Ok(surface.numbered())
     }
@@ -174,11 +180,14 @@ impl ContactSurface {
             let (areas, nodes) = (areas.len(), nodes.len());
             return Err(SurfaceError::Areas { areas, nodes });
         }
-        let mut surface = Self::default();
+        let mut surface = Self {
+            weights: vec![1.0],
+            ..Self::default()
+        };
         for (item, (&node, &area)) in nodes.iter().zip(areas).enumerate() {
             check_nodes(item, &[node], node_count)?;
             check_area(item, area)?;
-            surface.push(&[node], [1.0], area, 1);
+            surface.push(&[node], 0, area, 1);
         }
         Ok(surface.numbered())
     }
@@ -189,14 +198,15 @@ impl ContactSurface {
         for node in &mut self.nodes {
             *node = self.members[*node as usize];
         }
+        let first = index(self.weights.len());
+        self.weights.extend_from_slice(&other.weights);
         for group in 0..other.group_count() {
             let members = other.group_members(group).iter();
             let nodes: Vec<u32> = members.map(|m| other.members[*m as usize]).collect();
             let points = other.points(group);
-            let begin = other.groups[group as usize].weights as usize;
-            let weights = &other.weights[begin..begin + points.len() * nodes.len()];
+            let weights = first + other.groups[group as usize].weights;
             let area = other.areas[points.start as usize];
-            self.push(&nodes, weights.iter().copied(), area, points.len());
+            self.push(&nodes, weights, area, points.len());
         }
         self.numbered()
     }
@@ -267,31 +277,31 @@ impl ContactSurface {
 
     /// Turns the body's node numbers into positions in the list of members.
     fn numbered(mut self) -> Self {
-        self.members.clone_from(&self.nodes);
-        self.members.sort_unstable();
-        self.members.dedup();
+        let end = self.nodes.iter().max().map_or(0, |node| *node as usize + 1);
+        let mut places = vec![u32::MAX; end];
+        for node in &self.nodes {
+            places[*node as usize] = 0;
+        }
+        self.members.clear();
+        for (node, place) in (0..).zip(&mut places).filter(|(_, place)| **place == 0) {
+            *place = index(self.members.len());
+            self.members.push(node);
+        }
         for node in &mut self.nodes {
-            *node = index(self.members.partition_point(|member| member < node));
+            *node = places[*node as usize];
         }
         self
     }
 
-    fn push(
-        &mut self,
-        nodes: &[u32],
-        weights: impl IntoIterator<Item = f64>,
-        area: f64,
-        points: usize,
-    ) {
+    /// Adds a group whose points' weights begin at `weights`.
+    fn push(&mut self, nodes: &[u32], weights: u32, area: f64, points: usize) {
         let begin = [index(self.nodes.len()), index(self.areas.len())];
-        let first_weight = index(self.weights.len());
         self.nodes.extend_from_slice(nodes);
-        self.weights.extend(weights);
         self.areas.resize(self.areas.len() + points, area);
         self.groups.push(Group {
             nodes: [begin[0], index(self.nodes.len())],
             points: [begin[1], index(self.areas.len())],
-            weights: first_weight,
+            weights,
         });
     }
 }

@@ -128,6 +128,7 @@ impl<W: Write> Animation<W> {
         let mut encoder = png::Encoder::new(out, width, height);
         encoder.set_color(png::ColorType::Rgba);
         encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_compression(png::Compression::Fast);
         encoder.set_animated(frames, 0)?;
         encoder.set_frame_delay(1, frames_per_second)?;
         encoder.validate_sequence(true);

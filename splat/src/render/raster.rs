@@ -216,21 +216,28 @@ pub(crate) fn draw_triangles(
     origin: [i32; 2],
     tile: &mut TileBuffers,
 ) {
-    let nearest = tile.near.as_flattened_mut();
-    let seen = tile.triangle.as_flattened_mut();
+    let [left, top] = origin.map(|from| from as f32);
     for (id, t) in triangles {
         let [x0, y0, x1, y1] = window(t.bounds, origin);
         for y in y0..y1 {
-            let py = (origin[1] as f32) + RAMP[y] + 0.5;
-            for x in x0..x1 {
-                let px = (origin[0] as f32) + RAMP[x] + 0.5;
-                let at = |l: &[f32; 3]| l[0] + l[1] * px + l[2] * py;
-                let inside = t.edges.iter().all(|e| at(e) >= 0.0);
-                let near = at(&t.near);
-                let k = y * TILE + x;
-                if inside && near > nearest[k] {
-                    nearest[k] = near;
-                    seen[k] = id + 1;
+            let py = top + RAMP[y] + 0.5;
+            for run in x0 / LANES..x1.div_ceil(LANES) {
+                let column = Vec4::new(0.0, 1.0, 2.0, 3.0) + RAMP[run * LANES];
+                let px = column + left + 0.5;
+                let at = |l: &[f32; 3]| px * l[1] + l[0] + l[2] * py;
+                let within =
+                    column.cmpge(Vec4::splat(x0 as f32)) & column.cmplt(Vec4::splat(x1 as f32));
+                let k = y * RUNS + run;
+                let (near, nearest) = (at(&t.near), Vec4::from_array(tile.near[k]));
+                let mut seen = within & near.cmpgt(nearest);
+                for edge in &t.edges {
+                    seen &= at(edge).cmpge(Vec4::ZERO);
+                }
+                tile.near[k] = Vec4::select(seen, near, nearest).to_array();
+                for (lane, triangle) in tile.triangle[k].iter_mut().enumerate() {
+                    if seen.test(lane) {
+                        *triangle = id + 1;
+                    }
                 }
             }
         }

@@ -106,17 +106,18 @@ impl Shader<'_> {
             let background = self.background(origin[1] + py * ss);
             for px in 0..side {
                 let first = py * ss * TILE + px * ss;
-                let pixel = Pixel {
-                    index: py * side + px,
-                    samples: (0..ss * ss).map(|s| first + s / ss * TILE + s % ss),
-                    view: self.view_direction([origin[0] + px * ss, origin[1] + py * ss]),
-                    background,
-                };
-                let near = pixel.samples.clone().map(|k| buffers.near()[k]);
+                let samples = (0..ss * ss).map(|s| first + s / ss * TILE + s % ss);
+                let near = samples.clone().map(|k| buffers.near()[k]);
                 let nearest = near.fold(f32::NEG_INFINITY, f32::max);
                 if nearest == f32::NEG_INFINITY {
                     continue;
                 }
+                let pixel = Pixel {
+                    index: py * side + px,
+                    samples,
+                    view: self.view_direction([origin[0] + px * ss, origin[1] + py * ss]),
+                    background,
+                };
                 pixels.depth[pixel.index] = match self.camera.lens {
                     Lens::Perspective { .. } => 1.0 / nearest,
                     Lens::Orthographic { .. } => -nearest,
@@ -146,9 +147,9 @@ impl Shader<'_> {
         let part = 1.0 / single(f64::from(self.settings.samples.pow(2)));
         let (mut splatted, mut alike) = (0.0, true);
         let mut mean: Sums = [Vec4::ZERO; 3];
-        let mut mean_gloss = 0.0;
+        let (mut mean_gloss, mut seen) = (0.0, (0, Vec3::ZERO));
         for k in pixel.samples.clone() {
-            match self.unlit(buffers, k, pixel.background, view) {
+            match self.unlit(buffers, k, pixel.background, view, &mut seen) {
                 Some(color) => colors[index] += color * part,
                 None => {
                     let s = &buffers.sums()[k];
@@ -197,13 +198,24 @@ impl Shader<'_> {
         }
     }
 
-    /// The colour of a sample that shows no splat to be lit.
-    fn unlit(&self, buffers: &TileBuffers, k: usize, background: Vec3, view: Vec3) -> Option<Vec3> {
+    /// The colour of a sample that shows no splat to be lit; a triangle that was `seen` is not lit again.
+    fn unlit(
+        &self,
+        buffers: &TileBuffers,
+        k: usize,
+        background: Vec3,
+        view: Vec3,
+        seen: &mut (u32, Vec3),
+    ) -> Option<Vec3> {
         if buffers.near()[k] == f32::NEG_INFINITY {
             return Some(background);
         }
-        let triangle = buffers.triangle()[k].checked_sub(1);
-        let under = triangle.map(|id| tone(self.lit_triangle(&self.lit[index(id)], view)));
+        let triangle = buffers.triangle()[k];
+        if triangle > 0 && triangle != seen.0 {
+            let lit = self.lit_triangle(&self.lit[index(triangle - 1)], view);
+            *seen = (triangle, tone(lit));
+        }
+        let under = (triangle > 0).then_some(seen.1);
         if self.settings.mode == DrawMode::SinglePass {
             let over = buffers.sums()[k][1];
             return Some(over.truncate() + under.unwrap_or(background) * (1.0 - over.w));

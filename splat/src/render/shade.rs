@@ -93,16 +93,24 @@ impl Lights {
 
     /// The linear colour of one point.
     pub(crate) fn shade_one(&self, p: &Point) -> Vec3 {
-        let all = |v: Vec3| v.to_array().map(Vec4::splat);
-        let lit = self.shade(&Points {
-            normal: all(p.normal),
-            view: all(p.view),
-            color: all(p.color),
-            specular: Vec4::splat(p.specular),
-            shininess: Vec4::splat(p.shininess),
-            softness: p.softness,
-        });
+        let lit = self.shade(&Points::of([p; LANES]));
         lit.map(|channel| channel.x).into()
+    }
+}
+
+impl Points {
+    /// Points of one softness.
+    pub(crate) fn of(points: [&Point; LANES]) -> Self {
+        let lanes = |of: &dyn Fn(&Point) -> f32| Vec4::from_array(points.map(of));
+        let axes = |of: &dyn Fn(&Point) -> Vec3| [0, 1, 2].map(|c| lanes(&|p| of(p)[c]));
+        Self {
+            normal: axes(&|p| p.normal),
+            view: axes(&|p| p.view),
+            color: axes(&|p| p.color),
+            specular: lanes(&|p| p.specular),
+            shininess: lanes(&|p| p.shininess),
+            softness: points[0].softness,
+        }
     }
 }
 
@@ -235,19 +243,8 @@ mod tests {
         let mut lighting = Lighting::default();
         lighting.lights[0].direction = Vec3::X;
         let lights = Lights::new(&lighting);
-        for four in points().chunks_exact(LANES) {
-            let lanes = |of: &dyn Fn(&Point) -> f32| {
-                Vec4::from_array([0, 1, 2, 3].map(|lane| of(&four[lane])))
-            };
-            let axes = |of: &dyn Fn(&Point) -> Vec3| [0, 1, 2].map(|c| lanes(&|p| of(p)[c]));
-            let together = lights.shade(&Points {
-                normal: axes(&|p| p.normal),
-                view: axes(&|p| p.view),
-                color: axes(&|p| p.color),
-                specular: lanes(&|p| p.specular),
-                shininess: lanes(&|p| p.shininess),
-                softness: four[0].softness,
-            });
+        for four in points().as_chunks::<LANES>().0 {
+            let together = lights.shade(&Points::of(four.each_ref()));
             for (lane, point) in four.iter().enumerate() {
                 let lit = Vec3::from_array(together.map(|channel| channel[lane]));
                 assert_eq!(lit, lights.shade_one(point), "lane {lane}");

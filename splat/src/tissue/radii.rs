@@ -73,14 +73,15 @@ impl Surfel {
     /// others gets the radius 0. See [`crate::covering_radii`].
     pub fn covering(positions: &[DVec3], normals: &[DVec3]) -> Result<Vec<Self>, SurfelError> {
         let areas = vec![1.0; positions.len()];
-        let mut surfels = Self::from_samples(positions, normals, &areas, RadiusRule::Covering)?;
+        let rule = RadiusRule::Covering;
+        let (mut surfels, _) = Self::from_samples(positions, normals, &areas, rule)?;
         for surfel in &mut surfels {
             surfel.area = std::f64::consts::PI * surfel.radius * surfel.radius;
         }
         Ok(surfels)
     }
 
-    /// Checks samples as a surface sampler gives them and makes their normals unit; material 0.
+    /// Checks samples as a surface sampler gives them and makes their normals unit; material 0. Also a tree over them.
     ///
     /// # Errors
     /// [`SurfelError::BadSurfel`] names the first surfel with a value that is not finite, a zero
@@ -90,7 +91,7 @@ impl Surfel {
         normals: &[DVec3],
         areas: &[f64],
         rule: RadiusRule,
-    ) -> Result<Vec<Self>, SurfelError> {
+    ) -> Result<(Vec<Self>, NodeTree), SurfelError> {
         one_per_point("normals", normals.len(), positions.len())?;
         one_per_point("areas", areas.len(), positions.len())?;
         let samples = positions.iter().zip(normals).zip(areas).enumerate();
@@ -100,18 +101,29 @@ impl Surfel {
             unit.ok_or(SurfelError::BadSurfel { surfel })
         });
         let normals = units.collect::<Result<Vec<_>, _>>()?;
-        let radii = rule.radii(positions, &normals);
-        let shapes = shape_operators(positions, &normals);
-        let surfel = |i: usize| Self {
-            position: positions[i],
-            normal: normals[i],
-            area: areas[i],
-            radius: radii[i],
-            shape: shapes[i],
-            material: CAPSULE,
-            place: None,
+        let tree = point_tree(positions);
+        let radii = match rule {
+            RadiusRule::Covering => Vec::new(),
+            other => other.radii(positions, &normals),
         };
-        Ok((0..positions.len()).map(surfel).collect())
+        let surfel = |guess: &mut f64, i: usize| {
+            let near = around(&tree, positions, i, guess);
+            Self {
+                position: positions[i],
+                normal: normals[i],
+                area: areas[i],
+                radius: match radii.get(i) {
+                    Some(&radius) => radius,
+                    None => cell_radius(&near, positions, &normals, i),
+                },
+                shape: shape_operator(near.iter().map(|p| p.1), positions, &normals, i),
+                material: CAPSULE,
+                place: None,
+            }
+        };
+        let all = (0..positions.len()).into_par_iter();
+        let surfels = all.map_init(|| 0.0, surfel).collect();
+        Ok((surfels, tree))
     }
 }
 
@@ -230,6 +242,8 @@ impl RadiusMap {
 
 /// Surfels whose cells the tangent-plane Voronoi construction looks at.
 const CELL_NEIGHBORS: usize = 16;
+/// How much larger than the last ball with as many the next is guessed.
+const GUESS: f64 = 1.15;
 /// Overlap of neighbouring disks: at exactly the circumradius the blend weight at the cell's
 /// corner would be zero.
 const OVERLAP: f64 = 1.15;
@@ -254,27 +268,44 @@ const SAME_FACE: f64 = 0.766;
 pub fn covering_radii(positions: &[DVec3], normals: &[DVec3]) -> Vec<f64> {
     assert_eq!(positions.len(), normals.len(), "one normal per position");
     let tree = point_tree(positions);
-    (0..positions.len())
-        .into_par_iter()
-        .map(|i| cell_radius(&tree, positions, normals, i) * OVERLAP)
-        .collect()
+    let radius = |guess: &mut f64, i: usize| {
+        cell_radius(&around(&tree, positions, i, guess), positions, normals, i)
+    };
+    let all = (0..positions.len()).into_par_iter();
+    all.map_init(|| 0.0, radius).collect()
 }
 
-fn cell_radius(tree: &NodeTree, positions: &[DVec3], normals: &[DVec3], i: usize) -> f64 {
+/// Squared distances (m²) and numbers of the points around one, in order: all up to the 16th that lies elsewhere, and more.
+/// Sought in a ball of a `radius` (m), whose points come faster out of the tree than points in order.
+fn around(tree: &NodeTree, positions: &[DVec3], i: usize, radius: &mut f64) -> Vec<(f64, usize)> {
     let x = positions[i];
-    let near: Vec<usize> = tree
-        .nearest_neighbor_iter(x.to_array())
-        .map(|p| index(p.data))
-        .filter(|&j| j != i && positions[j].distance_squared(x) > 0.0)
-        .take(CELL_NEIGHBORS)
-        .collect();
-    let six = &near[..near.len().min(6)];
-    if six.is_empty() {
+    let entry = |j: u32| (positions[index(j)].distance_squared(x), index(j));
+    let elsewhere = |p: &&(f64, usize)| p.0 > 0.0;
+    loop {
+        let ball = tree.locate_within_distance(x.to_array(), *radius * *radius);
+        let mut found: Vec<(f64, usize)> = ball.map(|p| entry(p.data)).collect();
+        found.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let last = found.iter().filter(elsewhere).nth(CELL_NEIGHBORS - 1);
+        if last.is_some() || found.len() == positions.len() {
+            *radius = last.map_or(*radius, |last| GUESS * last.0.sqrt());
+            return found;
+        }
+        let mut ascending = tree.nearest_neighbor_iter(x.to_array());
+        let farther = ascending.nth(CELL_NEIGHBORS.max(2 * found.len()));
+        *radius = farther.map_or(f64::INFINITY, |p| GUESS * entry(p.data).0.sqrt());
+    }
+}
+
+fn cell_radius(near: &[(f64, usize)], positions: &[DVec3], normals: &[DVec3], i: usize) -> f64 {
+    let elsewhere = near.iter().filter(|p| p.0 > 0.0).take(CELL_NEIGHBORS);
+    let six = elsewhere.clone().take(6).map(|p| p.0.sqrt());
+    let count = six.clone().count();
+    if count == 0 {
         return 0.0;
     }
-    let mean = six.iter().map(|&j| positions[j].distance(x)).sum::<f64>() / six.len() as f64;
-    let planes = near.iter().map(|&j| (positions[j], normals[j]));
-    circumradius((x, normals[i]), planes, 2.0 * mean)
+    let mean = six.sum::<f64>() / count as f64;
+    let planes = elsewhere.map(|&(_, j)| (positions[j], normals[j]));
+    circumradius((positions[i], normals[i]), planes, 2.0 * mean) * OVERLAP
 }
 
 /// Radius (m) of a disk of skin by the rule of [`covering_radii`] among the samples `beside` it,
@@ -332,39 +363,48 @@ fn circumradius(
 pub(crate) fn shape_operators(positions: &[DVec3], normals: &[DVec3]) -> Vec<DVec3> {
     assert_eq!(positions.len(), normals.len(), "one normal per position");
     let tree = point_tree(positions);
-    (0..positions.len())
-        .into_par_iter()
-        .map(|i| {
-            let (x, n) = (positions[i], normals[i]);
-            let (t0, t1) = Surfel::tangents(n);
-            // Normal equations of xx, xy, yy.
-            let (mut uu, mut uv, mut vv) = (0.0, 0.0, 0.0);
-            let mut right = DVec3::ZERO;
-            for p in tree.nearest_neighbor_iter(x.to_array()).take(9) {
-                let j = index(p.data);
-                if normals[j].dot(n) <= SAME_FACE {
-                    continue;
-                }
-                let (d, e) = (positions[j] - x, normals[j] - n);
-                let (u, v) = (d.dot(t0), d.dot(t1));
-                let (a, b) = (e.dot(t0), e.dot(t1));
-                uu += u * u;
-                uv += u * v;
-                vv += v * v;
-                right += DVec3::new(u * a, v * a + u * b, v * b);
-            }
-            let matrix = DMat3::from_cols(
-                DVec3::new(uu, uv, 0.0),
-                DVec3::new(uv, uu + vv, uv),
-                DVec3::new(0.0, uv, vv),
-            );
-            let scale = uu + vv;
-            if matrix.determinant() <= 1e-6 * scale * scale * scale {
-                return DVec3::ZERO;
-            }
-            matrix.inverse() * right
-        })
-        .collect()
+    let operator = |i: usize| {
+        let near = tree.nearest_neighbor_iter(positions[i].to_array());
+        shape_operator(near.map(|p| index(p.data)), positions, normals, i)
+    };
+    let all = (0..positions.len()).into_par_iter();
+    all.map(operator).collect()
+}
+
+/// The same of one surfel, by those `near` it in order, itself among them.
+fn shape_operator(
+    near: impl Iterator<Item = usize>,
+    positions: &[DVec3],
+    normals: &[DVec3],
+    i: usize,
+) -> DVec3 {
+    let (x, n) = (positions[i], normals[i]);
+    let (t0, t1) = Surfel::tangents(n);
+    // Normal equations of xx, xy, yy.
+    let (mut uu, mut uv, mut vv) = (0.0, 0.0, 0.0);
+    let mut right = DVec3::ZERO;
+    for j in near.take(9) {
+        if normals[j].dot(n) <= SAME_FACE {
+            continue;
+        }
+        let (d, e) = (positions[j] - x, normals[j] - n);
+        let (u, v) = (d.dot(t0), d.dot(t1));
+        let (a, b) = (e.dot(t0), e.dot(t1));
+        uu += u * u;
+        uv += u * v;
+        vv += v * v;
+        right += DVec3::new(u * a, v * a + u * b, v * b);
+    }
+    let matrix = DMat3::from_cols(
+        DVec3::new(uu, uv, 0.0),
+        DVec3::new(uv, uu + vv, uv),
+        DVec3::new(0.0, uv, vv),
+    );
+    let scale = uu + vv;
+    if matrix.determinant() <= 1e-6 * scale * scale * scale {
+        return DVec3::ZERO;
+    }
+    matrix.inverse() * right
 }
 
 /// Keeps the part of a convex polygon with `p · direction <= offset`.

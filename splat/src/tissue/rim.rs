@@ -30,7 +30,13 @@ fn edge_lines(surfels: &[Surfel], tree: &NodeTree, i: usize) -> Vec<(DVec2, f64)
     let tangents = Surfel::tangents(n);
     let mut chosen: Vec<DVec3> = Vec::new();
     let mut lines = Vec::new();
-    for j in within(tree, surfels, x, 2.5 * r) {
+    let reach = 2.5 * r;
+    // Most disks lie on one smooth face.
+    let mut beside = tree.locate_within_distance(x.to_array(), reach * reach);
+    if beside.all(|p| surfels[index(p.data)].normal.dot(n) > SHARP) {
+        return lines;
+    }
+    for j in within(tree, surfels, x, reach) {
         let (y, m) = surfels[index(j)].plane();
         let convex = (y - x).dot(n) < 0.0 && (x - y).dot(m) < 0.0;
         if m.dot(n) > SHARP || !convex || chosen.iter().any(|c| c.dot(m) > SHARP) {

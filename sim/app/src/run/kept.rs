@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::movie::{Movie, MoviePlace};
 use super::records::Records;
 use super::{Run, RunError};
-use crate::output::{OutputError, write_checkpoint};
+use crate::output::write_checkpoint;
 use crate::picture::Painter;
 use phyxel::{World, WorldError, WorldState};
 
@@ -89,7 +89,9 @@ impl Run {
     }
 
     /// Writes the checkpoint over the one before.
-    pub(super) fn keep(&mut self) -> Result<(), OutputError> {
+    pub(super) fn keep(&mut self) -> Result<(), RunError> {
+        // Who resumes from it finds the frames before.
+        self.movie.as_mut().map_or(Ok(()), Movie::wait)?;
         self.world.fetch_state();
         let (scene, time) = (self.world.scene(), self.world.time());
         if let Some(period) = scene.observe.checkpoint {
@@ -103,7 +105,7 @@ impl Run {
             frames: self.painter.as_ref().map_or(0, Painter::frames),
             course: self.course,
         };
-        write_checkpoint(&self.folder, CHECKPOINT, scene, &state)
+        Ok(write_checkpoint(&self.folder, CHECKPOINT, scene, &state)?)
     }
 
     /// A failed step as the user sees it: with the state to resume from, if there is one.

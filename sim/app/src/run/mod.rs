@@ -228,11 +228,12 @@ struct Begun {
 /// A scene that runs.
 struct Run {
     begun: Begun,
+    /// Before the folder, which is others' once it is dropped.
+    movie: Option<Movie>,
     folder: OutputFolder,
     progress: Progress,
     world: World,
     painter: Option<Painter>,
-    movie: Option<Movie>,
     records: Records,
     course: Course,
     interrupt: Option<Interrupt>,
@@ -431,7 +432,7 @@ impl Run {
             let frame = painter.draw(&self.world);
             self.world.phases().add(Phase::Drawing, start.elapsed());
             let start = Instant::now();
-            movie.add(&frame)?;
+            movie.add(frame)?;
             self.world.phases().add(Phase::Writing, start.elapsed());
             let (time, frames) = (self.world.time(), painter.frames());
             self.progress

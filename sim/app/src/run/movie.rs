@@ -2,12 +2,15 @@
 
 use std::fs::File;
 use std::io::{BufReader, Write};
+use std::panic::resume_unwind;
+use std::sync::Arc;
+use std::thread::{Builder, JoinHandle};
 
 use phyxel_splat::{Animation, Frame, ImageError};
 use serde::{Deserialize, Serialize};
 
 use super::RunError;
-use crate::output::OutputFolder;
+use crate::output::{OutputError, OutputFolder};
 use phyxel::World;
 use phyxel::scene::Pictures;
 
@@ -19,12 +22,20 @@ const KEPT: usize = 400;
 /// The frames of a run.
 #[derive(Debug)]
 pub(super) struct Movie {
-    folder: OutputFolder,
+    folder: Arc<OutputFolder>,
     rate: f64,
     settling: bool,
     /// Frames at half the size, for the animation; `None` if none is wanted.
     small: Option<Vec<Frame>>,
     place: MoviePlace,
+    /// Writes the last frame beside the next steps.
+    writing: Option<JoinHandle<Result<(), RunError>>>,
+}
+
+impl Drop for Movie {
+    fn drop(&mut self) {
+        let _ = self.wait();
+    }
 }
 
 /// How far a movie has come.
@@ -63,7 +74,8 @@ impl Movie {
                 .collect()
         });
         Ok(Self {
-            folder,
+            folder: Arc::new(folder),
+            writing: None,
             rate: pictures.rate,
             settling: pictures.settling,
             small,
@@ -96,13 +108,19 @@ impl Movie {
         true
     }
 
-    /// Writes a frame.
-    pub(super) fn add(&mut self, frame: &Frame) -> Result<(), RunError> {
+    /// Waits until the frames so far are written.
+    pub(super) fn wait(&mut self) -> Result<(), RunError> {
+        let written = self.writing.take().map(JoinHandle::join);
+        written.map_or(Ok(()), |frame| {
+            frame.unwrap_or_else(|panic| resume_unwind(panic))
+        })
+    }
+
+    /// Begins to write a frame, once the one before is written.
+    pub(super) fn add(&mut self, frame: Frame) -> Result<(), RunError> {
+        self.wait()?;
         let name = frame_name(self.place.count);
-        self.folder.fill(&name, |file| {
-            let failed = |source| image_error(&name, source);
-            frame.write_png(file).map_err(failed)
-        })?;
+        let file = self.folder.path().join(&name);
         if let Some(small) = &mut self.small
             && self.place.count.is_multiple_of(self.place.stride)
         {
@@ -117,13 +135,23 @@ impl Movie {
             }
         }
         self.place.count += 1;
+        let folder = self.folder.clone();
+        let write = move || {
+            folder.fill(&name, |file| {
+                let failed = |source| image_error(&name, source);
+                frame.write_png(file).map_err(failed)
+            })
+        };
+        let failed = |source| OutputError::File { file, source };
+        self.writing = Some(Builder::new().spawn(write).map_err(failed)?);
         Ok(())
     }
 
     /// Writes the animation; the names of what was written.
-    pub(super) fn finish(self, folder: &OutputFolder) -> Result<Vec<String>, RunError> {
+    pub(super) fn finish(mut self, folder: &OutputFolder) -> Result<Vec<String>, RunError> {
+        self.wait()?;
         let mut names = vec![format!("frames/ ({} frames)", self.place.count)];
-        let Some(small) = self.small.filter(|small| !small.is_empty()) else {
+        let Some(small) = self.small.take().filter(|small| !small.is_empty()) else {
             return Ok(names);
         };
         folder.fill(ANIMATION, |file| {
