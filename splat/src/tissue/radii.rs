@@ -286,7 +286,7 @@ fn around(tree: &NodeTree, positions: &[DVec3], i: usize, radius: &mut f64) -> V
         let mut found: Vec<(f64, usize)> = ball.map(|p| entry(p.data)).collect();
         found.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let last = found.iter().filter(elsewhere).nth(CELL_NEIGHBORS - 1);
-        if last.is_some() || found.len() == positions.len() {
+        if last.is_some() || radius.is_infinite() {
             *radius = last.map_or(*radius, |last| GUESS * last.0.sqrt());
             return found;
         }
