@@ -15,12 +15,13 @@ const THICKEST: f64 = 1.0;
 /// Distance across the normal (spacings) within which nodes bear what presses a flank. With 1.1, 1.3, 1.5 and 2 the force of a pressed
 /// block of 1,000 nodes (`contact`) is -0.3, -0.3, 0.0 and +2.9 % off the uncut block's, of mere points 0.0, 0.0, +1.2 and +7 %.
 const BEARING: f64 = 1.3;
-/// Part of the areas' amounts, as they are near a sample, that their sum has to be: at a cut's front what is open is not yet
-/// a face, and rows there are fitted. With 0.5 the cases of `prove touch` press as deep, within 0.03 spacings.
-const OPEN: f64 = 0.3;
+/// Part of a whole face, as it is near a sample, that cuts have to have opened; fitted rows else, as at a front and at rims. With 0.3,
+/// 0.6, 0.8 and 1 flanks of the scene `wound` press 0.61, 0.45, 0.35 and 0.33 spacings deep while it is cut; with 0.3, 0.7
+/// and 0.8 the block's force is 0.1, 0.5 and 0.8 % off.
+const OPEN: f64 = 0.8;
 /// Largest distance (spacings) of a flank from where the volumes of its nodes end. Where faces of several cuts open the same nodes it is
-/// more, and rows there are fitted: without, crossing cuts (`prove touch`) press 0.33 spacings deep, with 0.4, 0.6 0.26, 0.24.
-const FLUSH: f64 = 0.6;
+/// more, and rows there are fitted: without, crossing cuts (`prove touch`) press 0.33 spacings deep, with 0.4 0.24.
+const FLUSH: f64 = 0.4;
 /// Radius of a disk over the distance of samples: every point has some eight disks opposite.
 pub(crate) const REACH: f64 = 1.6;
 
@@ -335,9 +336,9 @@ fn shares(
     shares.dedup();
     shares.truncate(MOST_NODES);
     let sum: f64 = shares.iter().map(|(share, _)| share).sum();
-    let amount: f64 = shares.iter().map(|(share, _)| share.abs()).sum();
+    let whole = std::f64::consts::FRAC_PI_3 * (BEARING * sample.spacing).powi(2);
     // A linear fit asks for four.
-    if shares.len() < 4 || sum < OPEN * amount {
+    if shares.len() < 4 || sum < OPEN * whole {
         return Vec::new();
     }
     for (share, _) in &mut shares {

@@ -195,7 +195,7 @@ fn flanks_bear_by_opened_areas() {
         DVec3::new(0.0, 0.0, 1.0),
     );
     let moved: Vec<DVec3> = rest.iter().map(|x| matrix * *x).collect();
-    for height in [0.01, 0.99] {
+    for height in [0.15, 0.85] {
         let mut disks = ContactDisks::default();
         let sample = DiskSample {
             flank: true,
