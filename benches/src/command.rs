@@ -24,7 +24,8 @@ use crate::row::Row;
 use crate::studies::{Effort, STUDIES, Study, write_page};
 use crate::watch::Options;
 use crate::{
-    StudyError, cook, cracks, grids, griffith, incision, matrix, organs, prove, random, spin,
+    StudyError, cook, cracks, grids, griffith, incision, matrix, mechanics, organs, prove, random,
+    spin,
 };
 
 /// Name of the command that runs all of [`STUDIES`].
@@ -69,6 +70,15 @@ enum Verdict {
     Spin(One),
     /// Cook's membrane, compressible, in plane stress.
     Cook(One),
+    /// Error against processor time of phyxel and of finite elements in lanes: the tasks that
+    /// `benches/peers/mechanics.py` gives to other simulators, as CSV.
+    Mechanics {
+        /// Draw the chart of such a file, and compute nothing.
+        #[arg(long, value_name = "FILE")]
+        chart: Option<PathBuf>,
+        #[command(flatten)]
+        one: One,
+    },
     /// The plots of the READMEs.
     Draw {
         /// Which one.
@@ -232,6 +242,10 @@ fn run_verdict(study: Verdict) -> Result<bool, StudyError> {
             let found = cells.take(if one.quick { 3 } else { 4 }).map(cook::measure);
             judge(&one.out, "cook.csv", found, cook::breaches)
         }
+        Verdict::Mechanics { chart, one, .. } if chart.is_some() => {
+            mechanics::chart(&chart.unwrap_or_default(), &one.out).map(|()| true)
+        }
+        Verdict::Mechanics { one, .. } => run_mechanics(&one),
         Verdict::Draw { drawing, out } => drawing.draw(&out).map(|()| true),
         Verdict::Prove { name, list, jobs } => run_prove(name.as_deref(), list, jobs),
         Verdict::Cracks {
@@ -402,6 +416,15 @@ fn run_cracks(filter: Option<&str>, without_fronts: bool, one: &One) -> Result<b
         found.unwrap_or_else(|error| vec![Err(error)])
     });
     judge(&one.out, "cracks.csv", found, cracks::breaches)
+}
+
+fn run_mechanics(one: &One) -> Result<bool, StudyError> {
+    let mut sheet = Sheet::create(&one.out, "mechanics.csv")?;
+    let each = |row: &mechanics::Row| {
+        say(in_words(row)?)?;
+        sheet.add(row)
+    };
+    mechanics::run(one.quick, &one.out, each).map(|()| true)
 }
 
 fn run_prove(name: Option<&str>, list: bool, jobs: Option<usize>) -> Result<bool, StudyError> {

@@ -26,6 +26,7 @@ mod grids;
 mod griffith;
 mod incision;
 mod matrix;
+mod mechanics;
 mod organs;
 mod problems;
 mod prove;

@@ -133,7 +133,8 @@ impl Press<Elements> {
 }
 
 impl<B: ForceLaw> Press<B> {
-    fn of(
+    /// A body of Young's modulus 1 Pa with the triangles of its `top`.
+    pub(crate) fn of(
         body: B,
         rest: Vec<DVec3>,
         supports: BoundaryConditions,

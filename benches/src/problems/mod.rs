@@ -9,6 +9,7 @@ pub mod cantilever;
 pub mod cracks;
 pub mod elements;
 pub mod indentation;
+pub mod lanes;
 pub mod model;
 pub mod reference;
 pub mod solid;

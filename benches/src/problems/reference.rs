@@ -5,6 +5,7 @@ use phyxel_integrate::ForceLaw;
 
 use super::elements::{Elements, Order, displacements};
 use super::indentation::{EDGE, Press, SMALL, SOFT, between_planes, grade, held, on_top};
+use super::solid::Solid;
 use crate::StudyError;
 
 /// Unbalanced forces relative to the tool's at which the elements count as at rest.
@@ -38,10 +39,15 @@ pub struct Known {
 
 impl Reference {
     /// Lattices of so many intervals along an edge of the quarter, even numbers, the second the finer.
-    pub fn new([coarse, fine]: [u32; 2]) -> Result<Self, StudyError> {
+    pub fn new(cells: [u32; 2]) -> Result<Self, StudyError> {
+        Self::of(SOFT, cells)
+    }
+
+    /// The same of a solid of Young's modulus 1 Pa.
+    pub fn of(solid: Solid, [coarse, fine]: [u32; 2]) -> Result<Self, StudyError> {
         Ok(Self {
-            coarse: quarter(coarse)?,
-            fine: quarter(fine)?,
+            coarse: quarter(coarse, solid)?,
+            fine: quarter(fine, solid)?,
             refined: (f64::from(fine) / f64::from(coarse)).powi(2) - 1.0,
             moved: Vec::new(),
         })
@@ -117,11 +123,11 @@ pub(crate) fn pulled(body: &mut impl ForceLaw, rest: &[DVec3], moved: &[DVec3]) 
     forces.iter().map(|force| -*force).collect()
 }
 
-fn quarter(cells: u32) -> Result<Press<Elements>, StudyError> {
+fn quarter(cells: u32, solid: Solid) -> Result<Press<Elements>, StudyError> {
     let part = |k: u32| f64::from(k) / f64::from(cells);
     let across = || (0..=cells).map(|k| grade(part(k))).collect();
     let down = (0..=cells).map(|k| -2.0 * grade(1.0 - part(k))).collect();
-    let body = Elements::new([across(), across(), down], Order::Quadratic, SOFT);
+    let body = Elements::new([across(), across(), down], Order::Quadratic, solid);
     let supports = between_planes(&body.rest, EDGE, held);
     Press::on_elements(body, supports, 0.45 / f64::from(cells))
 }

@@ -3,6 +3,7 @@
 use super::{Proof, checks};
 use crate::cracks::williams::checks as cracks;
 use crate::problems::elements::checks as elements;
+use crate::problems::lanes::checks as lanes;
 use crate::{eigenvalue, grids, report};
 
 /// What is checked, and what checks it.
@@ -19,6 +20,7 @@ pub(super) fn own(proof: &mut Proof) {
         "a fit to an arc" cracks::an_arc_has_its_stress_intensities_where_a_straight_fit_has_not;
         "elements pass the patch test" elements::the_patch_test_is_passed_on_uneven_lines;
         "elements bend" elements::a_cantilever_bends_as_theory_says;
+        "lanes turn and stretch" lanes::lanes_turn_freely_and_pass_the_patch_test;
         "eigenvalues of a chain" eigenvalue::checks::a_chain_has_the_eigenvalue_of_its_shortest_wave;
         "cases of the grid are scenes" grids::checks::the_program_takes_every_case;
         "tables" report::checks::tables_line_up_and_keep_all_digits_in_csv;

@@ -12,7 +12,7 @@ use crate::error::of_file;
 
 pub(crate) use clock::{machine, median, median_time};
 pub(crate) use page::html;
-pub(crate) use plot::draw;
+pub(crate) use plot::{draw, panels};
 
 /// The answer of a study.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use plotters::coord::Shift;
 use plotters::coord::ranged1d::ValueFormatter;
 use plotters::coord::ranged1d::{AsRangedCoord, Ranged};
 use plotters::prelude::*;
@@ -14,11 +15,13 @@ const HEIGHT: u32 = 500;
 
 /// So that a power of ten at the end of an axis is inside it.
 const EDGE: f64 = 1e-6;
-/// Height of a line of the legend, which stands below the plot in two columns (pixels).
+/// Height of a line of the legend, which stands below the plot (pixels).
 const LEGEND_LINE: i32 = 20;
+/// Width of a column of it (pixels).
+const LEGEND_COLUMN: i32 = 310;
 
-/// Colours that stay apart for the colour-blind (Okabe and Ito 2008), black first.
-const COLORS: [RGBColor; 8] = [
+/// Colours that stay apart for the colour-blind (Okabe and Ito 2008), black first, and two more.
+const COLORS: [RGBColor; 10] = [
     RGBColor(0, 0, 0),
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -27,18 +30,65 @@ const COLORS: [RGBColor; 8] = [
     RGBColor(230, 159, 0),
     RGBColor(86, 180, 233),
     RGBColor(120, 120, 120),
+    RGBColor(140, 86, 75),
+    RGBColor(0, 90, 90),
 ];
 
 /// Draws a plot.
 pub(crate) fn draw(plot: &Plot) -> Result<String, StudyError> {
-    let (x, y) = (range(plot, plot.x, |p| p.0), range(plot, plot.y, |p| p.1));
-    let drawn = match (plot.x.is_log, plot.y.is_log) {
-        (false, false) => chart(plot, x, y),
-        (false, true) => chart(plot, x, y.log_scale()),
-        (true, false) => chart(plot, x.log_scale(), y),
-        (true, true) => chart(plot, x.log_scale(), y.log_scale()),
-    };
-    drawn.map_err(|error| format!("plot '{}': {error}", plot.title).into())
+    panels(std::slice::from_ref(plot), 1, SIZE)
+}
+
+/// Draws plots of the same series side by side in so many columns, with the legend of the first below them; `size` in pixels.
+pub(crate) fn panels(
+    plots: &[Plot],
+    columns: usize,
+    size: (u32, u32),
+) -> Result<String, StudyError> {
+    let mut text = String::new();
+    let drawn = picture(plots, columns, size, &mut text);
+    drawn.map_err(|error| format!("plot '{}': {error}", plots[0].title))?;
+    Ok(text)
+}
+
+fn picture(
+    plots: &[Plot],
+    columns: usize,
+    size: (u32, u32),
+    text: &mut String,
+) -> Result<(), StudyError> {
+    let root = SVGBackend::with_string(text, size).into_drawing_area();
+    root.fill(&WHITE)?;
+    let series = &plots[0].series;
+    let across = (size.0.cast_signed() - 24) / LEGEND_COLUMN;
+    let lines = i32::try_from(series.len())? / across
+        + i32::from(!series.len().is_multiple_of(usize::try_from(across)?));
+    let (area, legend) = root.split_vertically(size.1.cast_signed() - LEGEND_LINE * lines - 10);
+    for ((index, series), row) in series.iter().enumerate().zip(0..) {
+        let color = COLORS[index % COLORS.len()];
+        let (x, y) = (
+            84 + (row % across) * LEGEND_COLUMN,
+            6 + (row / across) * LEGEND_LINE,
+        );
+        let name = series.name.as_str();
+        legend.draw(&PathElement::new(
+            [(x, y), (x + 22, y)],
+            color.stroke_width(2),
+        ))?;
+        legend.draw(&Text::new(name, (x + 30, y - 6), ("sans-serif", 13)))?;
+    }
+    let areas = area.split_evenly((plots.len().div_ceil(columns), columns));
+    for (plot, area) in plots.iter().zip(&areas) {
+        let (x, y) = (range(plot, plot.x, |p| p.0), range(plot, plot.y, |p| p.1));
+        match (plot.x.is_log, plot.y.is_log) {
+            (false, false) => chart(area, plot, x, y),
+            (false, true) => chart(area, plot, x, y.log_scale()),
+            (true, false) => chart(area, plot, x.log_scale(), y),
+            (true, true) => chart(area, plot, x.log_scale(), y.log_scale()),
+        }?;
+    }
+    root.present()?;
+    Ok(())
 }
 
 /// Whether a coordinate has a place on an axis.
@@ -76,65 +126,51 @@ fn range(plot: &Plot, axis: Axis, coordinate: impl Fn(&(f64, f64)) -> f64) -> Ra
     low..high
 }
 
-fn chart<X, Y>(plot: &Plot, x: X, y: Y) -> Result<String, StudyError>
+fn chart<X, Y>(
+    area: &DrawingArea<SVGBackend<'_>, Shift>,
+    plot: &Plot,
+    x: X,
+    y: Y,
+) -> Result<(), StudyError>
 where
     X: AsRangedCoord<Value = f64>,
     Y: AsRangedCoord<Value = f64>,
     X::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
     Y::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
 {
-    let mut text = String::new();
-    {
-        let root = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
-        root.fill(&WHITE)?;
-        let lines = i32::try_from(plot.series.len().div_ceil(2)).unwrap_or(1);
-        let (area, legend) = root.split_vertically(HEIGHT.cast_signed() - LEGEND_LINE * lines - 10);
-        for ((index, series), row) in plot.series.iter().enumerate().zip(0..) {
-            let color = COLORS[index % COLORS.len()];
-            let (x, y) = (84 + (row % 2) * 310, 6 + (row / 2) * LEGEND_LINE);
-            let name = series.name.as_str();
-            legend.draw(&PathElement::new(
-                [(x, y), (x + 22, y)],
-                color.stroke_width(2),
-            ))?;
-            legend.draw(&Text::new(name, (x + 30, y - 6), ("sans-serif", 13)))?;
+    let mut chart = ChartBuilder::on(area)
+        .caption(plot.title, ("sans-serif", 18))
+        .margin(12)
+        .x_label_area_size(44)
+        .y_label_area_size(74)
+        .build_cartesian_2d(x, y)?;
+    chart
+        .configure_mesh()
+        .x_desc(plot.x.label)
+        .y_desc(plot.y.label)
+        .x_label_formatter(&|value| tick(plot.x, *value))
+        .y_label_formatter(&|value| tick(plot.y, *value))
+        .light_line_style(RGBColor(238, 238, 238))
+        .bold_line_style(RGBColor(205, 205, 205))
+        // Finer ones crowd where decades have no room for labels.
+        .max_light_lines(1)
+        .label_style(("sans-serif", 13))
+        .axis_desc_style(("sans-serif", 14))
+        .draw()?;
+    for (index, series) in plot.series.iter().enumerate() {
+        let color = COLORS[index % COLORS.len()];
+        let shown = |point: &&(f64, f64)| has_place(plot.x, point.0) && has_place(plot.y, point.1);
+        let points: Vec<(f64, f64)> = series.points.iter().filter(shown).copied().collect();
+        let dots = points
+            .iter()
+            .map(|&point| Circle::new(point, 3, color.filled()));
+        let dots: Vec<_> = dots.collect();
+        if !series.dots {
+            chart.draw_series(LineSeries::new(points, color.stroke_width(2)))?;
         }
-        let mut chart = ChartBuilder::on(&area)
-            .caption(plot.title, ("sans-serif", 18))
-            .margin(12)
-            .x_label_area_size(44)
-            .y_label_area_size(74)
-            .build_cartesian_2d(x, y)?;
-        chart
-            .configure_mesh()
-            .x_desc(plot.x.label)
-            .y_desc(plot.y.label)
-            .x_label_formatter(&|value| tick(plot.x, *value))
-            .y_label_formatter(&|value| tick(plot.y, *value))
-            .light_line_style(RGBColor(238, 238, 238))
-            .bold_line_style(RGBColor(205, 205, 205))
-            // Finer ones crowd where decades have no room for labels.
-            .max_light_lines(1)
-            .label_style(("sans-serif", 13))
-            .axis_desc_style(("sans-serif", 14))
-            .draw()?;
-        for (index, series) in plot.series.iter().enumerate() {
-            let color = COLORS[index % COLORS.len()];
-            let shown =
-                |point: &&(f64, f64)| has_place(plot.x, point.0) && has_place(plot.y, point.1);
-            let points: Vec<(f64, f64)> = series.points.iter().filter(shown).copied().collect();
-            let dots = points
-                .iter()
-                .map(|&point| Circle::new(point, 3, color.filled()));
-            let dots: Vec<_> = dots.collect();
-            if !series.dots {
-                chart.draw_series(LineSeries::new(points, color.stroke_width(2)))?;
-            }
-            chart.draw_series(dots)?;
-        }
-        root.present()?;
+        chart.draw_series(dots)?;
     }
-    Ok(text)
+    Ok(())
 }
 
 /// Label of a tick; on a logarithmic axis 1, 2 and 5 of each decade have one, the rest no room.
