@@ -86,8 +86,8 @@ impl DeformableBodies {
             masses,
         };
         let mut disks = ContactDisks::default();
-        for body in 0..bodies.len() {
-            all.take_new(&bodies[body], body, &mut disks);
+        for (at, body) in bodies.iter().enumerate() {
+            all.take_new(body, at, &mut disks);
         }
         all.contact.set_disks(disks, &[], &[]);
         Ok(Some(all))
