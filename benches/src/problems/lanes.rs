@@ -270,15 +270,20 @@ fn scatter(corner: &[u32; LANES], force: &Vector, forces: &mut [DVec3]) {
 }
 
 /// Sums and differences over the corners of a box: the trilinear modes 1, ξ, η, ξη, ζ, ξζ, ηζ, ξηζ of what is at its
-/// corners, times 8; of forces by modes, those at the corners.
+/// corners, times 8; `BACK`, of forces by modes those at the corners, `Σ_m sign(m, a) f_m`.
 #[inline(always)]
-fn modes(corners: &mut [Vector; 8]) {
+fn modes<const BACK: bool>(corners: &mut [Vector; 8]) {
     for bit in [1, 2, 4] {
         for a in 0..8 {
             if a & bit == 0 {
                 for k in 0..3 {
                     let (low, high) = (corners[a][k], corners[a | bit][k]);
-                    (corners[a][k], corners[a | bit][k]) = (high + low, high - low);
+                    let (sum, difference) = (high + low, high - low);
+                    (corners[a][k], corners[a | bit][k]) = if BACK {
+                        (-difference, sum)
+                    } else {
+                        (sum, difference)
+                    };
                 }
             }
         }
@@ -295,7 +300,7 @@ fn hexahedron(
     forces: &mut [DVec3],
 ) {
     let mut x = gather(corners, positions);
-    modes(&mut x);
+    modes::<false>(&mut x);
     let volume = cell.x * cell.y * cell.z;
     // Of ∂ξ/∂x and of its square, with the eighths of the modes.
     let scale = DVec3::splat(mu * volume / 128.0) / (cell * cell);
@@ -336,24 +341,9 @@ fn hexahedron(
     for c in 0..3 {
         sum[1 << c] = along(&cofactors[c], pressure, &sum[1 << c]);
     }
-    corner_forces(&mut sum);
+    modes::<true>(&mut sum);
     for a in 0..8 {
         scatter(&corners[a], &scaled(&sum[a], -*full), forces);
-    }
-}
-
-/// `Σ_m sign(m, a) f_m` at each corner `a`.
-#[inline(always)]
-fn corner_forces(modes: &mut [Vector; 8]) {
-    for bit in [1, 2, 4] {
-        for a in 0..8 {
-            if a & bit == 0 {
-                for k in 0..3 {
-                    let (without, with) = (modes[a][k], modes[a | bit][k]);
-                    (modes[a][k], modes[a | bit][k]) = (without - with, without + with);
-                }
-            }
-        }
     }
 }
 

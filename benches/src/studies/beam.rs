@@ -1,6 +1,4 @@
-//! A cantilever: error of its deflection beside the cost of a simulated second.
-
-use std::time::Instant;
+//! A cantilever: error of its deflection.
 
 use glam::DVec3;
 use phyxel_integrate::{NewtonSettings, StaticLoad, solve_static};
@@ -8,8 +6,8 @@ use phyxel_integrate::{NewtonSettings, StaticLoad, solve_static};
 use crate::problems::model::law;
 use crate::report::{Report, Series, Table, plots, row};
 use crate::{Effort, StudyError};
+use phyxel::Body;
 use phyxel::scene::{self, Form, MaterialSettings, Region, Scene, Shape, Support, Target};
-use phyxel::{Body, World};
 
 /// Length (m); the section is a square of a fifth of it.
 const LENGTH: f64 = 1.0;
@@ -24,20 +22,16 @@ const TOLERANCE: f64 = 1e-6;
 /// Poisson's ratio and deflection of the free end times E / F (1/m), by 26 x 6 x 6 quadratic
 /// hexahedra and extrapolation; certain to 0.05, 0.15 and 0.25 %.
 const REFERENCE: [(f64, f64); 3] = [(0.3, 2544.2), (0.45, 2506.8), (0.49, 2491.4)];
-/// Steps that are timed, after as many that are not.
-const STEPS: u32 = 40;
 
 struct Measured {
     nodes: usize,
     spacing: f64,
     error: f64,
-    step: f64,
-    seconds_per_step: f64,
 }
 
 pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
     let cells: &[f64] = effort.choose(&[2.0, 3.0, 4.0, 6.0, 8.0], &[2.0, 4.0]);
-    let (mut rows, mut by_spacing, mut by_cost) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut rows, mut by_spacing) = (Vec::new(), Vec::new());
     let meshed = REFERENCE.map(|known| (known, Form::Tetrahedra));
     let points = [(REFERENCE[0], Form::Points)];
     for ((ratio, reference), form) in meshed.into_iter().chain(points) {
@@ -45,46 +39,35 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
             Form::Tetrahedra => (format!("nu = {ratio}"), "of tetrahedra"),
             Form::Points => (format!("nu = {ratio}, points"), "points"),
         };
-        let (mut errors, mut costs) = (Vec::new(), Vec::new());
+        let mut errors = Vec::new();
         for &cells in cells {
             let measured = measure(ratio, reference, (DEPTH / cells, form))?;
-            let cost = measured.seconds_per_step / measured.step;
             rows.push(row![
                 ratio,
                 nodes,
                 measured.nodes,
                 measured.spacing,
-                100.0 * measured.error,
-                1e3 * measured.step,
-                1e3 * measured.seconds_per_step,
-                1.0 / cost
+                100.0 * measured.error
             ]);
             errors.push((measured.spacing, 100.0 * measured.error.abs()));
-            costs.push((cost, 100.0 * measured.error.abs()));
         }
-        by_spacing.push(Series::line(name.clone(), errors));
-        by_cost.push(Series::line(name, costs));
+        by_spacing.push(Series::line(name, errors));
     }
     let table = Table::new(
         "deflection",
-        "Error of the deflection and cost of the motion",
-        "Poisson's ratio (1); kind of nodes; nodes (1); spacing (m); error (%); \
-         step (ms simulated); time of a step (ms); speed (simulated s per s)",
+        "Error of the deflection",
+        "Poisson's ratio (1); kind of nodes; nodes (1); spacing (m); error (%)",
         rows,
     );
     let plots = plots![
         "error" "Cantilever: error against spacing",
             log "spacing (m)", log "error of the deflection (%)" => by_spacing;
-        "time" "Cantilever: error against cost",
-            log "wall time of a simulated second (s)", log "error of the deflection (%)" => by_cost;
     ];
     Ok(Report::new(
         &[
             "A beam of 1 m x 0.2 m x 0.2 m, clamped at one end, its free end pulled down by a small \
              force spread over the face. The static deflection is compared with quadratic finite \
-             elements (26 x 6 x 6 cells, extrapolated). Density is 1000 kg/m^3 and E 10 kPa.",
-            "The step is half the largest stable one; the time of a step is the mean over 40 steps, \
-             all threads.",
+             elements (26 x 6 x 6 cells, extrapolated). E is 10 kPa.",
         ],
         vec![table],
         plots,
@@ -138,19 +121,9 @@ fn measure(ratio: f64, reference: f64, nodes: (f64, Form)) -> Result<Measured, S
     let moved = positions.iter().zip(&body.rest).zip(&shares);
     let deflection = moved.map(|((x, rest), share)| (rest.z - x.z) * share / area);
     let deflection: f64 = deflection.sum();
-    let mut world = World::new(scene)?;
-    for _ in 0..STEPS {
-        world.step()?;
-    }
-    let start = Instant::now();
-    for _ in 0..STEPS {
-        world.step()?;
-    }
     Ok(Measured {
         nodes: body.rest.len(),
         spacing: body.spacing,
         error: deflection / (reference * FORCE / MODULUS) - 1.0,
-        step: world.step_size(),
-        seconds_per_step: start.elapsed().as_secs_f64() / f64::from(STEPS),
     })
 }

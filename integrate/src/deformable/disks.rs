@@ -13,14 +13,14 @@ const MOST_NODES: usize = 16;
 /// nearly all pairs. With 0.5 and 1 that scene ends in 34,903 and 32,406 steps, 0.08 and 0.04 % unexplained.
 const THICKEST: f64 = 1.0;
 /// Distance across the normal (spacings) within which nodes bear what presses a flank. With 1.1, 1.3, 1.5 and 2 the force of a pressed
-/// block of 1,000 nodes (`contact`) is -0.3, -0.3, 0.0 and +2.9 % off the uncut block's, of mere points 0.0, 0.0, +1.2 and +7 %.
+/// block of 1,000 nodes (`contact`) is 1.4, 0.8, 0.4 and 3.0 % above the uncut block's, of mere points 0.1, 0.2, 1.2 and 0.6 %.
 const BEARING: f64 = 1.3;
 /// Part of a whole face, as it is near a sample, that cuts have to have opened; fitted rows else, as at a front and at rims. With 0.3,
-/// 0.6, 0.8 and 1 flanks of the scene `wound` press 0.61, 0.45, 0.35 and 0.33 spacings deep while it is cut; with 0.3, 0.7
+/// 0.6, 0.8 and 1 flanks of the scene `wound` press 0.51, 0.45, 0.35 and 0.33 spacings deep while it is cut; with 0.3, 0.7
 /// and 0.8 the block's force is 0.1, 0.5 and 0.8 % off.
 const OPEN: f64 = 0.8;
 /// Largest distance (spacings) of a flank from where the volumes of its nodes end. Where faces of several cuts open the same nodes it is
-/// more, and rows there are fitted: without, crossing cuts (`prove touch`) press 0.33 spacings deep, with 0.4 0.24.
+/// more, and rows there are fitted: without, crossing cuts (`prove touch`) press 0.37 spacings deep, with 0.4 0.24.
 const FLUSH: f64 = 0.4;
 /// Radius of a disk over the distance of samples: every point has some eight disks opposite.
 pub(crate) const REACH: f64 = 1.6;
@@ -404,3 +404,7 @@ fn solve(mut m: [[f64; 4]; 4]) -> ([[f64; 4]; 3], [bool; 4]) {
 pub(crate) fn index(count: usize) -> u32 {
     u32::try_from(count).expect("fewer than 2^32 samples and weights")
 }
+
+#[cfg(test)]
+#[path = "disks_tests.rs"]
+mod tests;

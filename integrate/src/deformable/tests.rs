@@ -2,7 +2,7 @@ use super::*;
 use crate::DiskSample;
 use crate::motion::{Motion, MotionSettings};
 use crate::supports::BoundaryConditions;
-use glam::{DMat3, DQuat};
+use glam::DQuat;
 use proptest::prelude::*;
 use testkit::cloud::Random;
 use testkit::derivative::directional_error;
@@ -148,118 +148,6 @@ fn nothing_pushes_at_rest_or_where_bodies_begin_within_each_other() {
         assert!((sum.penetration - down).abs() < 1e-12, "{sum:?}");
         assert!(contact.listed_pairs() > 400, "they are near");
     }
-}
-
-/// Patch test: whatever the samples, uniform pressure passes, also through a field of linear displacements.
-#[test]
-fn rows_follow_linear_fields_exactly() {
-    let (contact, rest) = sheets(0.0, 7);
-    let matrix = DMat3::from_cols(
-        DVec3::new(1.1, 0.2, -0.1),
-        DVec3::new(0.0, 0.9, 0.3),
-        DVec3::new(-0.2, 0.1, 0.8),
-    );
-    let moved: Vec<DVec3> = rest.iter().map(|x| matrix * *x + DVec3::X).collect();
-    for sample in 0..contact.disks.len() {
-        let placed = contact.disks.place(sample, &moved);
-        let at = contact.disks.samples[sample];
-        assert!(
-            (placed.x - matrix * at.position - DVec3::X).length() < 1e-12,
-            "point"
-        );
-        let normal = (matrix.inverse().transpose() * at.normal).normalize();
-        assert!((placed.n - normal).length() < 1e-12, "normal");
-        assert!(
-            contact.disks.thickness[sample].abs() < 1e-12,
-            "nodes determine it"
-        );
-    }
-}
-
-/// A flank's samples bear by what the cut opened at nodes, whatever their distance, and follow fields that are linear along the disk.
-#[test]
-fn flanks_bear_by_opened_areas() {
-    let spots = (0..75_u32).map(|i| [i % 5, i / 5 % 5, i / 25].map(f64::from));
-    let rest: Vec<DVec3> = spots
-        .map(|[x, y, z]| DVec3::new(x + 0.1 * y.sin(), y, -z))
-        .collect();
-    let nodes: Vec<u32> = (0..75).collect();
-    let layer = [1.5, -0.5, 0.0];
-    let areas: Vec<DVec3> = nodes
-        .iter()
-        .map(|node| DVec3::new(0.1, 0.0, layer[*node as usize / 25]))
-        .collect();
-    let matrix = DMat3::from_cols(
-        DVec3::new(1.1, 0.2, -0.1),
-        DVec3::new(0.0, 0.9, 0.3),
-        DVec3::new(0.0, 0.0, 1.0),
-    );
-    let moved: Vec<DVec3> = rest.iter().map(|x| matrix * *x).collect();
-    for height in [0.15, 0.85] {
-        let mut disks = ContactDisks::default();
-        let sample = DiskSample {
-            flank: true,
-            position: DVec3::new(2.2, 1.9, height),
-            normal: DVec3::Z,
-            area: 0.25,
-            body: 0,
-            stiffness: 1.0,
-            spacing: 1.0,
-        };
-        disks.push(sample, (&nodes, &areas), &rest);
-        let mut layers = [0.0; 3];
-        for entry in disks.row(0) {
-            layers[disks.nodes[entry] as usize / 25] += disks.weights[entry];
-        }
-        for (found, expected) in layers.iter().zip(layer) {
-            assert!((found - expected).abs() < 0.02, "{layers:?}");
-        }
-        // Half a spacing in front of the first layer, where the nodes' volume ends.
-        assert!(
-            (disks.thickness[0] - (height - 0.5)).abs() < 0.02,
-            "{disks:?}"
-        );
-        let along = DVec3::new(2.2, 1.9, 0.0) - DVec3::Z * (disks.thickness[0] - height);
-        assert!((disks.place(0, &moved).x - matrix * along).length() < 1e-12);
-        // Where areas cancel, as at a cut's front, and without areas it is fitted.
-        let mixed: Vec<DVec3> = (0..75)
-            .map(|i| areas[i] * f64::from([1, -1][i % 2]))
-            .collect();
-        let mut fitted = [ContactDisks::default(), ContactDisks::default()];
-        fitted[0].push(sample, (&nodes[..16], &mixed[..16]), &rest);
-        fitted[1].push(sample, (&nodes[..16], &[]), &rest);
-        assert_eq!(fitted[0].weights, fitted[1].weights);
-    }
-}
-
-/// A sheet of one layer of nodes does not determine its normal direction: the surface stays as far outside as at rest.
-#[test]
-fn a_membrane_has_a_thickness() {
-    let rest: Vec<DVec3> = (0..9_u32)
-        .map(|i| DVec3::new((i % 3).into(), (i / 3).into(), 0.0))
-        .collect();
-    let mut disks = ContactDisks::default();
-    let sample = DiskSample {
-        flank: false,
-        position: DVec3::new(1.2, 0.9, 0.4),
-        normal: DVec3::Z,
-        area: 1.0,
-        body: 0,
-        stiffness: 1.0,
-        spacing: 1.0,
-    };
-    disks.push(sample, (&[0, 1, 2, 3, 4, 5, 6, 7, 8, 0], &[]), &rest);
-    assert!((disks.thickness[0] - 0.4).abs() < 1e-12, "{disks:?}");
-    assert!(
-        (disks.place(0, &rest).x - DVec3::new(1.2, 0.9, 0.0)).length() < 1e-12,
-        "{disks:?}"
-    );
-    let alone = DiskSample { body: 1, ..sample };
-    disks.push(alone, (&[4], &[]), &rest);
-    assert!(
-        disks.reach[1] < 1e-300,
-        "a single node makes a point without a disk"
-    );
 }
 
 /// A block pressed down by a gap carries `k A` per side, whatever the samples.
