@@ -49,7 +49,7 @@ impl Cuts {
         inside: &dyn Fn(DVec3) -> bool,
     ) -> Range<usize> {
         assert_eq!(new.end, self.triangle_count(), "the newest triangles");
-        let free = self.free_edges(new.clone());
+        let free = self.edges.free(&self.surface().1[new.clone()]);
         let mut outward: BTreeMap<u32, DVec3> = BTreeMap::new();
         for (ends, away) in &free {
             for end in ends {
@@ -73,7 +73,7 @@ impl Cuts {
     /// Where a vertex is carried to (m) along its edges' directions out of the cut, if a face or the surface is that near.
     fn beyond(&self, end: u32, sum: DVec3, inside: &dyn Fn(DVec3) -> bool) -> Option<DVec3> {
         let way = sum.try_normalize()?;
-        let at = |share: f64| self.vertices[end as usize] + way * (share * self.spacing());
+        let at = |share: f64| self.edges.vertices[end as usize] + way * (share * self.spacing());
         let (from, to) = (at(-SKIN), at(SKIN));
         let met = self.forest.on_segment(from, to, |triangle, &[p, q, r]| {
             let is_across = self.normal(triangle as usize).dot(way).abs() > LEAST_SINE;

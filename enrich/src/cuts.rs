@@ -7,6 +7,7 @@ use glam::DVec3;
 use crate::bounds::Bounds;
 use crate::edges::Edges;
 use crate::error::CutError;
+use crate::face::nearest_on_triangle;
 use crate::forest::Forest;
 use crate::index32;
 use crate::polyline::span;
@@ -84,7 +85,6 @@ struct Stroke {
 #[derive(Debug, Clone)]
 pub struct Cuts {
     settings: CutSettings,
-    pub(crate) vertices: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     strokes: Vec<Stroke>,
     pub(crate) edges: Edges,
@@ -102,7 +102,6 @@ impl Cuts {
         settings.check();
         Self {
             settings: *settings,
-            vertices: Vec::new(),
             triangles: Vec::new(),
             strokes: Vec::new(),
             edges: Edges::default(),
@@ -213,7 +212,7 @@ impl Cuts {
         for corners in triangles {
             self.add(corners.map(|c| welded[c as usize]));
         }
-        let places = welded.iter().map(|&v| self.vertices[v as usize]);
+        let places = welded.iter().map(|&v| self.edges.vertices[v as usize]);
         Ok((first..self.triangles.len(), places.collect()))
     }
 
@@ -223,11 +222,11 @@ impl Cuts {
     /// # Panics
     /// If the cut has fewer of them.
     pub fn truncate(&mut self, vertices: usize, triangles: usize) {
-        if (vertices, triangles) == (self.vertices.len(), self.triangles.len()) {
+        if (vertices, triangles) == (self.edges.vertices.len(), self.triangles.len()) {
             return;
         }
         let old = std::mem::replace(self, Self::new(&self.settings));
-        for &point in &old.vertices[..vertices] {
+        for &point in &old.edges.vertices[..vertices] {
             self.new_vertex(point);
         }
         for &corners in &old.triangles[..triangles] {
@@ -251,13 +250,13 @@ impl Cuts {
     /// If there is no such triangle.
     #[must_use]
     pub fn triangle(&self, triangle: usize) -> [DVec3; 3] {
-        self.triangles[triangle].map(|v| self.vertices[v as usize])
+        self.triangles[triangle].map(|v| self.edges.vertices[v as usize])
     }
 
     /// Vertices (m) and triangles as numbers of vertices, for drawing and files.
     #[must_use]
     pub fn surface(&self) -> (&[DVec3], &[[u32; 3]]) {
-        (&self.vertices, &self.triangles)
+        (&self.edges.vertices, &self.triangles)
     }
 
     /// Unit normal of a triangle, by its corners' order; zero if it is too thin to have one.
@@ -298,6 +297,34 @@ impl Cuts {
         count
     }
 
+    /// Nearest point (m) of the cut within a distance, and its distance (m).
+    pub(crate) fn nearest(&self, point: DVec3, within: f64) -> Option<(DVec3, f64)> {
+        let mut near = Vec::new();
+        let around = Bounds::of(&[point]).grown(within);
+        self.forest.in_box(&around, |triangle| near.push(triangle));
+        near.sort_unstable();
+        let mut best: Option<(f64, f64, DVec3)> = None;
+        for triangle in near {
+            let at = nearest_on_triangle(self.triangle(triangle as usize), point);
+            let distance = at.distance(point);
+            if distance > within {
+                continue;
+            }
+            // Of several triangles that share the nearest point the one seen most from above
+            // decides: near an edge the others are seen from behind.
+            let normal = self.normal(triangle as usize);
+            let height = (point - at).normalize_or_zero().dot(normal).abs();
+            let nearer = best.is_none_or(|(d, h, _)| {
+                let tie = 1e-12 * (d + distance);
+                distance < d - tie || (distance <= d + tie && height > h)
+            });
+            if nearer {
+                best = Some((distance, height, at));
+            }
+        }
+        best.map(|(distance, _, at)| (at, distance))
+    }
+
     /// Whether the segment `ab` crosses one triangle.
     pub(crate) fn triangle_crosses(&self, triangle: usize, a: DVec3, b: DVec3) -> bool {
         let [p, q, r] = self.triangle(triangle);
@@ -308,8 +335,7 @@ impl Cuts {
     /// Bytes held on the heap, about.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.vertices.capacity() * 24
-            + self.triangles.capacity() * 12
+        self.triangles.capacity() * 12
             + self.edges.bytes()
             + self.vertex_index.bytes()
             + self.forest.bytes()
@@ -337,7 +363,7 @@ impl Cuts {
         let mut best: Option<(f64, u32)> = None;
         let near = Bounds::of(&[point]).grown(tolerance);
         self.vertex_index.in_box(&near, |vertex| {
-            let distance = self.vertices[vertex as usize].distance(point);
+            let distance = self.edges.vertices[vertex as usize].distance(point);
             if distance <= tolerance && best.is_none_or(|found| (distance, vertex) < found) {
                 best = Some((distance, vertex));
             }
@@ -346,8 +372,8 @@ impl Cuts {
     }
 
     fn new_vertex(&mut self, point: DVec3) -> u32 {
-        let vertex = index32(self.vertices.len());
-        self.vertices.push(point);
+        let vertex = index32(self.edges.vertices.len());
+        self.edges.vertices.push(point);
         self.vertex_index.insert(vertex, [point; 3]);
         vertex
     }
@@ -357,7 +383,7 @@ impl Cuts {
         if !by_length {
             return (0..).map(f64::from).zip(line.iter().copied()).collect();
         }
-        let at = |vertex: u32| self.vertices[vertex as usize];
+        let at = |vertex: u32| self.edges.vertices[vertex as usize];
         let mut placed: Vec<(f64, u32)> = vec![(0.0, line[0])];
         for pair in line.windows(2) {
             let passed = placed[placed.len() - 1].0;
@@ -371,8 +397,8 @@ impl Cuts {
     }
 
     pub(crate) fn add(&mut self, corners: [u32; 3]) {
-        let [p, q, r] = corners.map(|v| self.vertices[v as usize]);
-        if normal_signs(p, q, r) != [0; 3] && !self.has(corners) {
+        let [p, q, r] = corners.map(|v| self.edges.vertices[v as usize]);
+        if normal_signs(p, q, r) != [0; 3] && !self.edges.has(corners) {
             self.push(corners);
         }
     }
@@ -380,9 +406,9 @@ impl Cuts {
     fn push(&mut self, corners: [u32; 3]) {
         let triangle = index32(self.triangles.len());
         self.triangles.push(corners);
-        let places = corners.map(|v| self.vertices[v as usize]);
+        let places = corners.map(|v| self.edges.vertices[v as usize]);
         self.forest.insert(triangle, places);
-        self.add_edges(corners, self.settings.influence_radius);
+        self.edges.add(corners, self.settings.influence_radius);
     }
 }
 

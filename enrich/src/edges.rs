@@ -1,12 +1,10 @@
 //! Edges of a cut's triangles: where it ends, and around which paths pass.
 
 use std::collections::HashMap;
-use std::ops::Range;
 
 use glam::DVec3;
 
 use crate::bounds::Bounds;
-use crate::cuts::Cuts;
 use crate::face::nearest_on_segment;
 use crate::forest::Forest;
 use crate::index32;
@@ -39,9 +37,11 @@ struct Edge {
     outward: DVec3,
 }
 
-/// Edges by their ends and by position; vertices (m) are the caller's, the same in every call.
+/// Edges by their ends and by position.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Edges {
+    /// Vertices (m) of the cut.
+    pub(crate) vertices: Vec<DVec3>,
     edges: Vec<Edge>,
     /// Never iterated: its order is a random one.
     of: HashMap<[u32; 2], u32>,
@@ -59,31 +59,30 @@ fn key(vertices: &[DVec3], a: u32, b: u32) -> [u32; 2] {
 impl Edges {
     /// Bytes held on the heap, about.
     pub(crate) fn bytes(&self) -> usize {
-        self.edges.capacity() * size_of::<Edge>()
+        self.vertices.capacity() * 24
+            + self.edges.capacity() * size_of::<Edge>()
             + self.edges.len() * 16
             + self.of.capacity() * 16
             + self.index.bytes()
     }
-}
 
-impl Cuts {
     /// Adds the three edges of a triangle; `straight` (m) as [`outward`] takes it.
-    pub(crate) fn add_edges(&mut self, corners: [u32; 3], straight: f64) {
-        let (vertices, edges) = (&self.vertices, &mut self.edges);
+    pub(crate) fn add(&mut self, corners: [u32; 3], straight: f64) {
+        let vertices = &self.vertices;
         for k in 0..3 {
             let ends = key(vertices, corners[k], corners[(k + 1) % 3]);
             let [a, b] = ends.map(|v| vertices[v as usize]);
-            let number = *edges.of.entry(ends).or_insert_with(|| {
-                let number = index32(edges.edges.len());
-                edges.edges.push(Edge {
+            let number = *self.of.entry(ends).or_insert_with(|| {
+                let number = index32(self.edges.len());
+                self.edges.push(Edge {
                     ends,
                     opposite: Vec::new(),
                     outward: DVec3::ZERO,
                 });
-                edges.index.insert(number, [a, b, b]);
+                self.index.insert(number, [a, b, b]);
                 number
             });
-            let edge = &mut edges.edges[number as usize];
+            let edge = &mut self.edges[number as usize];
             edge.opposite.push(corners[(k + 2) % 3]);
             let along = (b - a).normalize_or_zero();
             let inward = |&v: &u32| {
@@ -98,32 +97,29 @@ impl Cuts {
 
     /// Whether there is a triangle with these corners.
     pub(crate) fn has(&self, [a, b, c]: [u32; 3]) -> bool {
-        let found = self.edges.of.get(&key(&self.vertices, a, b));
-        found.is_some_and(|&edge| self.edges.edges[edge as usize].opposite.contains(&c))
+        let found = self.of.get(&key(&self.vertices, a, b));
+        found.is_some_and(|&edge| self.edges[edge as usize].opposite.contains(&c))
     }
 
     /// Edges of some triangles that no other triangle has, and the unit vector out of the cut at each.
-    pub(crate) fn free_edges(&self, triangles: Range<usize>) -> Vec<([u32; 2], DVec3)> {
-        let corners = self.surface().1[triangles].iter();
-        let edges = corners.flat_map(|&[p, q, r]| [[p, q], [q, r], [r, p]]);
-        let edges = edges.filter_map(|[p, q]| self.edges.of.get(&key(&self.vertices, p, q)));
-        let edges = edges.map(|&edge| &self.edges.edges[edge as usize]);
+    pub(crate) fn free(&self, triangles: &[[u32; 3]]) -> Vec<([u32; 2], DVec3)> {
+        let edges = triangles
+            .iter()
+            .flat_map(|&[p, q, r]| [[p, q], [q, r], [r, p]]);
+        let edges = edges.filter_map(|[p, q]| self.of.get(&key(&self.vertices, p, q)));
+        let edges = edges.map(|&edge| &self.edges[edge as usize]);
         let free = edges.filter(|edge| edge.opposite.len() == 1);
         free.map(|edge| (edge.ends, edge.outward)).collect()
     }
 
     /// The edge with one triangle, at which the cut ends, that is nearest to a point, and its point there, if there is
     /// one within a distance. Of edges that meet at that point it is the one most across the path to it.
-    pub(crate) fn nearest_free_edge(
-        &self,
-        point: DVec3,
-        within: f64,
-    ) -> Option<([DVec3; 2], DVec3)> {
+    pub(crate) fn nearest_free(&self, point: DVec3, within: f64) -> Option<([DVec3; 2], DVec3)> {
         let nearest = |edge: u32| nearest_on_segment(self.ends(edge), point);
         let mut near: Vec<(f64, u32)> = Vec::new();
         let around = Bounds::of(&[point]).grown(within);
-        self.edges.index.in_box(&around, |edge| {
-            if self.edges.edges[edge as usize].opposite.len() == 1 {
+        self.index.in_box(&around, |edge| {
+            if self.edges[edge as usize].opposite.len() == 1 {
                 near.push((point.distance(nearest(edge)), edge));
             }
         });
@@ -145,11 +141,11 @@ impl Cuts {
     /// Numbers of the edges that a path may bend around and that may meet the box, sorted, each once; replaces what
     /// `out` held. Gives whether the cut may end in the box: false only if an even number of triangles meets at each
     /// of its edges there.
-    pub(crate) fn diffraction_edges_into(&self, near: &Bounds, out: &mut Vec<u32>) -> bool {
+    pub(crate) fn diffraction_into(&self, near: &Bounds, out: &mut Vec<u32>) -> bool {
         out.clear();
         let mut ends = false;
-        self.edges.index.in_box(near, |number| {
-            let edge = &self.edges.edges[number as usize];
+        self.index.in_box(near, |number| {
+            let edge = &self.edges[number as usize];
             ends |= edge.opposite.len() % 2 == 1;
             if edge.outward != DVec3::ZERO {
                 out.push(number);
@@ -177,12 +173,12 @@ impl Cuts {
         DiffractionPoint {
             edge,
             point: p + t.clamp(0.0, length) * along,
-            outward: self.edges.edges[edge as usize].outward,
+            outward: self.edges[edge as usize].outward,
         }
     }
 
     fn ends(&self, edge: u32) -> [DVec3; 2] {
-        self.edges.edges[edge as usize]
+        self.edges[edge as usize]
             .ends
             .map(|v| self.vertices[v as usize])
     }

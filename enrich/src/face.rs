@@ -1,39 +1,6 @@
-//! Points of triangles and of the cut that are nearest to others.
+//! Points of segments and triangles that are nearest to others.
 
 use glam::DVec3;
-
-use crate::bounds::Bounds;
-use crate::cuts::Cuts;
-
-impl Cuts {
-    /// Nearest point (m) of the cut within a distance, and its distance (m).
-    pub(crate) fn nearest(&self, point: DVec3, within: f64) -> Option<(DVec3, f64)> {
-        let mut near = Vec::new();
-        let around = Bounds::of(&[point]).grown(within);
-        self.forest.in_box(&around, |triangle| near.push(triangle));
-        near.sort_unstable();
-        let mut best: Option<(f64, f64, DVec3)> = None;
-        for triangle in near {
-            let at = nearest_on_triangle(self.triangle(triangle as usize), point);
-            let distance = at.distance(point);
-            if distance > within {
-                continue;
-            }
-            // Of several triangles that share the nearest point the one seen most from above
-            // decides: near an edge the others are seen from behind.
-            let normal = self.normal(triangle as usize);
-            let height = (point - at).normalize_or_zero().dot(normal).abs();
-            let nearer = best.is_none_or(|(d, h, _)| {
-                let tie = 1e-12 * (d + distance);
-                distance < d - tie || (distance <= d + tie && height > h)
-            });
-            if nearer {
-                best = Some((distance, height, at));
-            }
-        }
-        best.map(|(distance, _, at)| (at, distance))
-    }
-}
 
 /// Nearest point of a segment.
 pub(crate) fn nearest_on_segment([p, q]: [DVec3; 2], point: DVec3) -> DVec3 {

@@ -82,14 +82,14 @@ pub(crate) fn shortest_path(
     };
     let PathScratch { near, stops, path } = scratch;
     let around = Bounds::of(&[a.midpoint(b)]).grown(0.5 * radius);
-    let ends = cut.diffraction_edges_into(&around, near);
+    let ends = cut.edges.diffraction_into(&around, near);
     // Where the cut does not end nearby, an odd number of crossings means that a and b are on different sides.
     if !ends && cut.crossings(a, b) % 2 == 1 {
         return None;
     }
     stops.clear();
     for &id in &*near {
-        let diffraction = cut.diffraction_point(id, a, b);
+        let diffraction = cut.edges.diffraction_point(id, a, b);
         let least = a.distance(diffraction.point) + diffraction.point.distance(b);
         if least < radius {
             stops.push(Stop {
@@ -256,6 +256,7 @@ impl Paths<'_> {
             let diffraction = match from {
                 Some(_) => self
                     .cut
+                    .edges
                     .diffraction_point(stop.diffraction.edge, last, self.b),
                 None => stop.diffraction,
             };
@@ -293,7 +294,7 @@ impl Paths<'_> {
         for _ in 0..SWEEPS {
             for k in 0..path.len() {
                 let (last, next) = self.beside(path, k);
-                path[k] = self.cut.diffraction_point(path[k].edge, last, next);
+                path[k] = self.cut.edges.diffraction_point(path[k].edge, last, next);
             }
             let swept = self.length_at(path, 0.0);
             if swept > (1.0 - GAIN) * length {
@@ -312,7 +313,7 @@ impl Paths<'_> {
             let length = |point: DVec3| last.distance(point) + point.distance(next);
             for stop in stops {
                 let edge = stop.diffraction.edge;
-                let diffraction = self.cut.diffraction_point(edge, last, next);
+                let diffraction = self.cut.edges.diffraction_point(edge, last, next);
                 if length(diffraction.point) < (1.0 - GAIN) * length(path[k].point)
                     && self.sees(path[..k].last(), Some(&diffraction), true)
                     && self.sees(Some(&diffraction), path.get(k + 1), true)

@@ -1,7 +1,5 @@
 //! Conjugate gradients, preconditioned by diagonal blocks.
 
-use crate::law::ForceLaw;
-use crate::newton::Problem;
 use crate::supports::BoundaryConditions;
 use crate::vector::{add_scaled, dot, norm, update};
 use glam::{DMat3, DVec3};
@@ -37,13 +35,12 @@ impl Conjugate {
             }));
     }
 
-    /// Solves `(K + c M) x = b` from `x = 0` until `|b − A x| ≤ tolerance · |b|`; `b` has no fixed parts.
+    /// Solves `A x = b` from `x = 0` until `|b − A x| ≤ tolerance · |b|`; `product` writes `A v`, and `b` has no fixed parts.
     /// Returns the iterations taken. A direction of negative curvature ends the solve; what was found
     /// so far still descends.
     pub(crate) fn solve(
         &mut self,
-        law: &mut dyn ForceLaw,
-        problem: &Problem<'_>,
+        mut product: impl FnMut(&[DVec3], &mut [DVec3]),
         b: &[DVec3],
         x: &mut [DVec3],
         (tolerance, limit): (f64, usize),
@@ -60,7 +57,7 @@ impl Conjugate {
         let mut rho = self.precondition();
         self.direction.copy_from_slice(&self.preconditioned);
         while norm(&self.residual) > goal && iterations < limit && rho > 0.0 {
-            problem.tangent_product(law, &self.direction, &mut self.image);
+            product(&self.direction, &mut self.image);
             iterations += 1;
             let curvature = dot(&self.direction, &self.image);
             if curvature <= 0.0 || !curvature.is_finite() {

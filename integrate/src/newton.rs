@@ -302,7 +302,8 @@ impl Newton {
             let tolerance = forcing.max(enough).min(settings.linear_tolerance);
             let limits = (tolerance, settings.linear_iterations);
             let (b, to) = (&self.residual, &mut self.step);
-            report.linear_iterations += self.conjugate.solve(law, problem, b, to, limits);
+            let product = |v: &[DVec3], out: &mut [DVec3]| problem.tangent_product(law, v, out);
+            report.linear_iterations += self.conjugate.solve(product, b, to, limits);
             if let Some(moved) = moved {
                 add_scaled(&mut self.step, 1.0, moved);
                 add_scaled(x, 1.0, &self.step);

@@ -5,7 +5,7 @@ use phyxel_integrate::{Grip, State, StiffnessTracker, Warning};
 use serde::{Deserialize, Serialize};
 
 use crate::body::{Body, evaluate};
-use crate::cutting::{CutState, Cutting};
+use crate::cut_state::{CutState, Cutting};
 use crate::tool::ToolContact;
 
 /// What moves in a body, and what watches over it.
@@ -65,6 +65,37 @@ impl Body {
             relaxed: self.relaxed,
             contacts: self.contacts.clone(),
             grip: self.grip.clone(),
+        }
+    }
+
+    /// What moves, to be kept: shares that have it keep their part of it themselves.
+    pub(crate) fn keep(&mut self) -> BodyState {
+        let Some(shared) = &mut self.shared else {
+            return self.state();
+        };
+        shared.keeps = shared.is_handed();
+        if !shared.keeps {
+            self.fetch_vector();
+            return self.state();
+        }
+        shared.hand_vector(&self.eigenvector);
+        shared.lock().keep(self.motion.velocities());
+        let mut vectors = Default::default();
+        let vector = std::mem::take(&mut self.eigenvector);
+        self.motion.swap_vectors(&mut vectors);
+        let state = self.state();
+        self.motion.swap_vectors(&mut vectors);
+        self.eigenvector = vector;
+        state
+    }
+
+    /// Brings what partitions have of the snapshot.
+    pub(crate) fn fetch_kept(&mut self, kept: &mut BodyState) {
+        if let Some(shared) = &mut self.shared
+            && std::mem::take(&mut shared.keeps)
+        {
+            let mut shares = shared.lock();
+            shares.kept(&mut kept.motion, &mut kept.eigenvector);
         }
     }
 

@@ -9,6 +9,7 @@ mod alarm;
 mod body;
 mod body_state;
 mod capture;
+mod cut_state;
 mod cutting;
 mod decay;
 mod deformable;
@@ -44,7 +45,7 @@ pub use {
 
 pub use body::Body;
 use capture::capture_times;
-pub use cutting::{Cutting, StrokeEnergy};
+pub use cut_state::{Cutting, StrokeEnergy};
 use error::in_body;
 pub use error::{BodyProblem, WorldError};
 pub use guard::Retaken;

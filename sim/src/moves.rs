@@ -1,33 +1,15 @@
 //! One step of all bodies: each is moved, and those that touch get the forces of their contact once all are.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use glam::DVec3;
 use phyxel_integrate::{Applied, StepView};
 
 use crate::deformable::DeformableBodies;
 use crate::error::{WorldError, in_body};
-use crate::phases::{Phase, Phases};
+use crate::phases::{Phase, Phases, StepTimes};
 use crate::scene::Pose;
 use crate::{Body, World};
-
-/// Time in parts of a body's step.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct StepTimes {
-    pub(crate) forces: Duration,
-    /// Contact with tools.
-    pub(crate) tools: Duration,
-    /// The steps of the bodies that it touches, and their contact.
-    pub(crate) others: Duration,
-}
-
-/// Does some work and adds its time to a sum.
-pub(crate) fn timed<T>(sum: &mut Duration, work: impl FnOnce() -> T) -> T {
-    let start = Instant::now();
-    let result = work();
-    *sum += start.elapsed();
-    result
-}
 
 impl World {
     /// Takes one step (s) with tools that move between two positions.

@@ -82,3 +82,21 @@ impl Phases {
         self.spent[phase as usize]
     }
 }
+
+/// Time in parts of a body's step.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct StepTimes {
+    pub(crate) forces: Duration,
+    /// Contact with tools.
+    pub(crate) tools: Duration,
+    /// The steps of the bodies that it touches, and their contact.
+    pub(crate) others: Duration,
+}
+
+/// Does some work and adds its time to a sum.
+pub(crate) fn timed<T>(sum: &mut Duration, work: impl FnOnce() -> T) -> T {
+    let start = Instant::now();
+    let result = work();
+    *sum += start.elapsed();
+    result
+}

@@ -11,7 +11,7 @@ use phyxel_integrate::{DeformableState, StepControl};
 use serde::{Deserialize, Serialize};
 
 use crate::body_state::BodyState;
-use crate::cutting::CapturedEdge;
+use crate::cut_state::CapturedEdge;
 use crate::error::{BodyProblem, WorldError, in_body};
 use crate::grip::Adjusted;
 use crate::guard::{Kept, Retaken};

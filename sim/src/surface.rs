@@ -4,7 +4,6 @@
 use std::borrow::Cow;
 
 use glam::DVec3;
-use phyxel_discretize::{Solid, boundary_triangles, nodal_surface_areas};
 use phyxel_enrich::{Pieces, connected_pieces};
 use phyxel_integrate::ContactSurface;
 use phyxel_splat::{SurfelError, Tissue, triangle_near_box};
@@ -13,50 +12,10 @@ use crate::body::Body;
 use crate::cutting::graph_of;
 use crate::error::BodyProblem;
 use crate::scene::{self, Scene};
-use crate::shape::Sampled;
-use crate::tool::ToolContact;
+use crate::tool::{ToolContact, ToolSurface};
 
 /// Contact points along a side of a surface triangle: enough for contacts of two spacings.
 const DIVISIONS: u32 = 4;
-
-/// What tools touch of an uncut body.
-#[derive(Debug, Clone)]
-pub(crate) enum ToolSurface {
-    /// Triangles of the outside; none in a scene without tools.
-    Triangles(Vec<[u32; 3]>),
-    /// Nodes on the surface, each with the area (m²) nearest to it, where there are no tetrahedra.
-    Nodes(Vec<u32>, Vec<f64>),
-}
-
-impl ToolSurface {
-    pub(crate) fn of(
-        scene: &Scene,
-        solid: &Solid,
-        sampled: &Sampled,
-        spacing: f64,
-    ) -> Result<Self, BodyProblem> {
-        if scene.tools.is_empty() {
-            return Ok(Self::Triangles(Vec::new()));
-        }
-        if !sampled.tetrahedra.is_empty() {
-            let triangles = boundary_triangles(&sampled.tetrahedra, |_| true);
-            return Ok(Self::Triangles(triangles));
-        }
-        let outer = sampled.outer.iter().copied();
-        let places = outer.clone().map(|node| sampled.positions[node as usize]);
-        let areas = nodal_surface_areas(solid, &places.collect::<Vec<_>>(), spacing)?;
-        let covered = outer.zip(areas).filter(|&(_, area)| area > 0.0);
-        let (nodes, areas) = covered.unzip();
-        Ok(Self::Nodes(nodes, areas))
-    }
-
-    pub(crate) fn triangles(&self) -> &[[u32; 3]] {
-        match self {
-            Self::Triangles(triangles) => triangles,
-            Self::Nodes(..) => &[],
-        }
-    }
-}
 
 impl Body {
     /// Pieces of the body as cuts left it, what lies within a support among them.

@@ -1,10 +1,13 @@
-//! Rigid tools that touch the bodies.
+//! Rigid tools, and what they touch of the bodies.
 
 use glam::DVec3;
+use phyxel_discretize::{Solid, boundary_triangles, nodal_surface_areas};
 use phyxel_integrate::{Contact, ContactSettings, ContactSurface, Pose, RigidTool, penalty};
 use serde::{Deserialize, Serialize};
 
-use crate::scene;
+use crate::error::BodyProblem;
+use crate::scene::{self, Scene};
+use crate::shape::Sampled;
 
 /// The contact of one tool with one body.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -75,5 +78,44 @@ impl ToolContact {
         sum.penetration = sum.penetration.max(found.penetration);
         sum.area += found.area;
         sum.work += self.rigid.contact_work;
+    }
+}
+
+/// What tools touch of an uncut body.
+#[derive(Debug, Clone)]
+pub(crate) enum ToolSurface {
+    /// Triangles of the outside; none in a scene without tools.
+    Triangles(Vec<[u32; 3]>),
+    /// Nodes on the surface, each with the area (m²) nearest to it, where there are no tetrahedra.
+    Nodes(Vec<u32>, Vec<f64>),
+}
+
+impl ToolSurface {
+    pub(crate) fn of(
+        scene: &Scene,
+        solid: &Solid,
+        sampled: &Sampled,
+        spacing: f64,
+    ) -> Result<Self, BodyProblem> {
+        if scene.tools.is_empty() {
+            return Ok(Self::Triangles(Vec::new()));
+        }
+        if !sampled.tetrahedra.is_empty() {
+            let triangles = boundary_triangles(&sampled.tetrahedra, |_| true);
+            return Ok(Self::Triangles(triangles));
+        }
+        let outer = sampled.outer.iter().copied();
+        let places = outer.clone().map(|node| sampled.positions[node as usize]);
+        let areas = nodal_surface_areas(solid, &places.collect::<Vec<_>>(), spacing)?;
+        let covered = outer.zip(areas).filter(|&(_, area)| area > 0.0);
+        let (nodes, areas) = covered.unzip();
+        Ok(Self::Nodes(nodes, areas))
+    }
+
+    pub(crate) fn triangles(&self) -> &[[u32; 3]] {
+        match self {
+            Self::Triangles(triangles) => triangles,
+            Self::Nodes(..) => &[],
+        }
     }
 }

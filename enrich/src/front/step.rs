@@ -218,7 +218,7 @@ impl Front {
         if let Some((_, from)) = around.beyond(at, way.normalize_or_zero(), reach, h) {
             return Step::Begin { from, to: at };
         }
-        let is_inner = |point| around.cuts.nearest_free_edge(point, 1e-6 * h).is_none();
+        let is_inner = |point| around.cuts.edges.nearest_free(point, 1e-6 * h).is_none();
         match around.cuts.nearest(at, 1.5 * h) {
             // Beside the sheet it is in the gap; beyond the sheet's edge it is not.
             Some((sheet, distance)) if distance <= NEAR * h && is_inner(sheet) => Step::None,

@@ -34,7 +34,7 @@ impl SweptPair {
         let beside = || {
             let sheet = cuts.nearest(self.point, NEAR * spacing);
             let hair = 1e-6 * spacing;
-            sheet.is_some_and(|(sheet, _)| cuts.nearest_free_edge(sheet, hair).is_none())
+            sheet.is_some_and(|(sheet, _)| cuts.edges.nearest_free(sheet, hair).is_none())
         };
         !cuts.crosses(a, b) && !beside()
     }
@@ -135,7 +135,7 @@ pub(crate) fn close_edge(
     spacing: f64,
     inside: &dyn Fn(DVec3) -> bool,
 ) -> Result<Patch, CutError> {
-    let Some(([p, q], from)) = cuts.nearest_free_edge(point, 2.0 * spacing) else {
+    let Some(([p, q], from)) = cuts.edges.nearest_free(point, 2.0 * spacing) else {
         return Ok(Patch::default());
     };
     let way = (point - from).normalize_or_zero();
