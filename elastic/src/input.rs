@@ -86,6 +86,12 @@ pub struct Settings {
     pub stabilization: f64,
     /// Where volume changes are resisted.
     pub dilatation: Dilatation,
+    /// What stored coordinates are counted from; the middle of the nodes unless given. In the frame of a body of which
+    /// they are some nodes, rows of matrix and scale zero see nothing and give nothing. What the other rows, and the
+    /// forces on nodes all of whose neighbours have such other rows, say is what the whole says, bit for bit, where the
+    /// order of neighbours is the whole's. Sums over nodes are, where runs of [`crate::WATCHED_NODES`] nodes are.
+    #[doc(hidden)]
+    pub frame: Option<Frame>,
 }
 
 /// Where changes of volume are resisted.
@@ -109,6 +115,7 @@ impl Default for Settings {
         Self {
             stabilization: 0.1,
             dilatation: Dilatation::Local,
+            frame: None,
         }
     }
 }

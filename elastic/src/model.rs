@@ -5,7 +5,7 @@ use glam::{DMat3, DVec3};
 use crate::cut::CutState;
 use crate::error::ElasticError;
 use crate::input::{
-    Dilatation, Frame, Materials, Nodes, Settings, Stencils, checked_materials, same_length,
+    Dilatation, Materials, Nodes, Settings, Stencils, checked_materials, same_length,
 };
 use crate::kernel::dilatation::{Means, Pressures};
 use crate::kernel::fixed::{Either, Tables};
@@ -104,41 +104,6 @@ impl Elastic {
         materials: &Materials<'_>,
         settings: &Settings,
     ) -> Result<Self, ElasticError> {
-        Self::build(stencils, nodes, materials, settings, None)
-    }
-
-    /// As [`Elastic::new`], in the frame of another model: that of a body of which these are some nodes. Rows
-    /// of matrix and scale zero see nothing and give nothing; what the other rows, and the forces on nodes all
-    /// of whose neighbours have such other rows, say is what the whole says, bit for bit, where the order of
-    /// neighbours is the whole's. Sums over nodes are, where runs of [`crate::WATCHED_NODES`] nodes are.
-    ///
-    /// # Errors
-    /// As [`Elastic::new`].
-    #[doc(hidden)]
-    pub fn in_frame(
-        frame: &Frame,
-        stencils: &Stencils<'_>,
-        nodes: &Nodes<'_>,
-        materials: &Materials<'_>,
-        settings: &Settings,
-    ) -> Result<Self, ElasticError> {
-        Self::build(stencils, nodes, materials, settings, Some(frame))
-    }
-
-    /// What stored coordinates are counted from, for [`Elastic::in_frame`].
-    #[doc(hidden)]
-    #[must_use]
-    pub fn frame(&self) -> Frame {
-        self.tables.frame()
-    }
-
-    fn build(
-        stencils: &Stencils<'_>,
-        nodes: &Nodes<'_>,
-        materials: &Materials<'_>,
-        settings: &Settings,
-        frame: Option<&Frame>,
-    ) -> Result<Self, ElasticError> {
         let (rest, volumes) = (nodes.rest_positions, nodes.volumes);
         let node_count = rest.len();
         stencils.check_lengths(node_count)?;
@@ -175,7 +140,8 @@ impl Elastic {
             asleep: vec![Asleep::NONE; node_count.div_ceil(CHUNK)],
             changes,
         };
-        let tables = tables(&mut model, stencils, frame)?;
+        let tables = tables(&mut model, stencils)?;
+        model.settings.frame = Some(tables.frame());
         Ok(Self {
             model,
             state,
@@ -191,30 +157,27 @@ impl Elastic {
         self.model.node_count()
     }
 
-    /// Number of directed pairs.
-    #[must_use]
-    pub fn pair_count(&self) -> usize {
-        self.model.pairs.pair_count()
-    }
-
-    /// Options that it was built with.
+    /// Options that it was built with, and its frame.
     #[must_use]
     pub fn settings(&self) -> &Settings {
         &self.model.settings
-    }
-
-    /// Energies (J) of the runs of [`crate::WATCHED_NODES`] nodes at the state last evaluated, bonds aside: summed in
-    /// order, and the bonds' after them, they are what [`Elastic::forces_into`] returns.
-    #[doc(hidden)]
-    #[must_use]
-    pub fn run_energies(&self) -> &[f64] {
-        &self.scratch.partial
     }
 
     /// Volumes (m³) that it was built with.
     #[must_use]
     pub fn volumes(&self) -> &[f64] {
         &self.model.volumes
+    }
+
+    /// Energies (J) at the state last evaluated: of the runs of [`crate::WATCHED_NODES`] nodes, bonds aside, and of each
+    /// bond with its deficient node, nodes ascending. Both summed in order, the bonds' last, they are what
+    /// [`Elastic::forces_into`] returns.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn energies(&self) -> (&[f64], Vec<(u32, f64)>) {
+        let bonds = self.cut.bonds.list.iter();
+        let bonds = bonds.map(|bond| (bond.node, bond.energy()));
+        (&self.scratch.partial, bonds.collect())
     }
 
     /// Deformation gradients `F_i` of the last evaluation; the identity before the first.
@@ -241,15 +204,6 @@ impl Elastic {
         self.tables.gradient(node)
     }
 
-    /// Number of dimensions, 0 to 3, that the row of `node` sees.
-    ///
-    /// # Panics
-    /// If there is no such node.
-    #[must_use]
-    pub fn rank(&self, node: usize) -> u8 {
-        self.model.ranks[node]
-    }
-
     /// Material of a node.
     ///
     /// # Panics
@@ -259,13 +213,8 @@ impl Elastic {
         self.model.material(node)
     }
 
-    /// First Piola–Kirchhoff stress `P_i` (Pa) at the state last evaluated, with fibers, viscous
-    /// part and, under mean dilatation, the mean pressure.
-    ///
-    /// # Panics
-    /// If there is no such node.
-    #[must_use]
-    pub fn first_piola_kirchhoff(&self, node: usize) -> DMat3 {
+    /// First Piola–Kirchhoff stress `P_i` (Pa) at the state last evaluated.
+    pub(crate) fn first_piola_kirchhoff(&self, node: usize) -> DMat3 {
         let f = self.deformation_gradient(node);
         let (model, viscosity) = (&self.model, self.state.viscosity.as_ref());
         let (_, stress) = model.energy_and_stress(viscosity, node, f);
@@ -279,7 +228,8 @@ impl Elastic {
         }
     }
 
-    /// Cauchy stress `sigma = P Fᵀ / J` (Pa) at the state last evaluated; not finite for `J = 0`.
+    /// Cauchy stress `sigma = P Fᵀ / J` (Pa) at the state last evaluated, with fibers, viscous part and, under mean
+    /// dilatation, the mean pressure; not finite for `J = 0`.
     ///
     /// # Panics
     /// If there is no such node.
@@ -422,14 +372,16 @@ impl Elastic {
 
     /// Prepares the viscous part for a step of `time_step` (s) from the state of the last
     /// [`Elastic::end_viscous_step`]: forces and energy are then those of the step's incremental
-    /// potential. Without a call the body answers with its long-term law. Does nothing for a body
-    /// without viscous materials.
-    pub fn begin_viscous_step(&mut self, time_step: f64) {
+    /// potential. Without a call the body answers with its long-term law. Returns whether any material is viscous; does
+    /// nothing without.
+    pub fn begin_viscous_step(&mut self, time_step: f64) -> bool {
         let model = &self.model;
-        if let Some(viscosity) = &mut self.state.viscosity {
-            let material_of = |node| model.material_index(node);
-            viscosity.begin_step(time_step, &model.materials, material_of);
-        }
+        let Some(viscosity) = &mut self.state.viscosity else {
+            return false;
+        };
+        let material_of = |node| model.material_index(node);
+        viscosity.begin_step(time_step, &model.materials, material_of);
+        true
     }
 
     /// Ends the step begun last at the state last evaluated: overstresses relax and take up the
@@ -461,12 +413,6 @@ impl Elastic {
             energies.sum()
         })
     }
-
-    /// Whether a material is viscous.
-    #[must_use]
-    pub fn is_viscous(&self) -> bool {
-        self.state.viscosity.is_some()
-    }
 }
 
 /// Takes the volumetric parts of the laws out.
@@ -481,12 +427,9 @@ fn means_of(model: &mut Model) -> Result<Means, ElasticError> {
 }
 
 /// Reads all rows.
-fn tables(
-    model: &mut Model,
-    stencils: &Stencils<'_>,
-    frame: Option<&Frame>,
-) -> Result<Tables, ElasticError> {
+fn tables(model: &mut Model, stencils: &Stencils<'_>) -> Result<Tables, ElasticError> {
     let multipliers = stencils.multipliers;
+    let frame = model.settings.frame;
     let mut tables = Tables::new(&model.rest, multipliers, model.controlled(), frame);
     let n = model.node_count();
     for node in 0..n {

@@ -38,7 +38,7 @@ impl Elastic {
         if rows.nodes.is_empty() {
             return Ok(());
         }
-        let (n, pairs) = (self.node_count(), self.pair_count());
+        let (n, pairs) = (self.node_count(), self.model.pairs.pair_count());
         let lengths = rows.nodes.iter().map(|&node| self.pairs_of(node).len());
         same_length("weights", rows.weights.len(), lengths.sum())?;
         same_length("matrices", rows.matrices.len(), rows.nodes.len())?;

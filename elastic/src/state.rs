@@ -1,6 +1,6 @@
 //! What decays, and what a model is restored from.
 
-use glam::DMat3;
+use glam::{DMat3, DVec3};
 
 use crate::cut::Works;
 use crate::law::viscosity::Viscosity;
@@ -58,9 +58,18 @@ impl Elastic {
         !self.state.prestrain.is_empty() || !self.cut.bonds.is_empty()
     }
 
-    /// Multiplies the offsets of retained gradients and bonds with `factor` (0 to 1). Returns the first half of the
-    /// works, with the stresses last evaluated; [`Elastic::decay_works`] returns the second after the next evaluation.
-    pub fn decay(&mut self, factor: f64) -> &Works {
+    /// Multiplies the offsets of retained gradients and bonds with `factor` (0 to 1), where the nodes are (m). Returns the
+    /// first half of the works, with the stresses last evaluated; [`Elastic::decay_works`] returns the second after the
+    /// next evaluation.
+    ///
+    /// # Panics
+    /// If `positions` is not one per node.
+    pub fn decay(&mut self, factor: f64, positions: &[DVec3]) -> &Works {
+        assert_eq!(positions.len(), self.node_count(), "one position per node");
+        // Elsewhere than here the nodes of a body that is shared out were evaluated.
+        for bond in &mut self.cut.bonds.list {
+            bond.set_x(positions[bond.other as usize] - positions[bond.node as usize]);
+        }
         let mut works = std::mem::take(&mut self.cut.works);
         self.decay_offsets(factor, &mut works.offsets);
         self.decay_bonds(factor, &mut works.bonds);

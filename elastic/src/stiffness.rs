@@ -79,10 +79,13 @@ impl Elastic {
         chunks.fold(Watch::NOTHING, |worst, chunk| worst.and(*chunk))
     }
 
-    /// The `count` nodes of largest `r_i` at the state last evaluated, the stiffest first; of equal
-    /// ones the first. Empty unless [`Elastic::watch_stiffness`] was called.
+    /// The `count` nodes of largest `r_i` at the state last evaluated, of all or of some runs of [`WATCHED_NODES`] nodes,
+    /// the stiffest first; of equal ones the first. Empty unless [`Elastic::watch_stiffness`] was called.
     #[must_use]
-    pub fn stiffest_nodes(&self, count: usize) -> Vec<StiffNode> {
+    pub fn stiffest_nodes(&self, count: usize, runs: Option<&[usize]>) -> Vec<StiffNode> {
+        if let Some(runs) = runs {
+            return self.stiffest_of(count, runs.iter().copied());
+        }
         // `count` runs have nodes at least as stiff as the worst of theirs: a run with none of that has none of them.
         let mut falling: Vec<f64> = self.stiffness_indicators().collect();
         falling.sort_unstable_by(|a, b| b.total_cmp(a));
@@ -90,26 +93,15 @@ impl Elastic {
         let least = least.map_or(0.0, |least| least * (1.0 - INDICATOR_ROUND_OFF));
         let runs = self.stiffness_indicators().enumerate();
         let runs = runs.filter(|(_, stiffness)| *stiffness >= least);
-        let n = self.node_count();
-        let nodes = |run: usize| run * WATCHED_NODES..n.min((run + 1) * WATCHED_NODES);
-        let found = self.stiffest_nodes_of(count, runs.flat_map(|(run, _)| nodes(run)));
+        let found = self.stiffest_of(count, runs.map(|(run, _)| run));
         // Rows that changed since may have taken from what was seen.
         if found.last().is_some_and(|last| last.indicator >= least) {
             return found;
         }
-        self.stiffest_nodes_of(count, 0..n)
+        self.stiffest_of(count, 0..self.state.watches.len())
     }
 
-    /// [`Elastic::stiffest_nodes`] of some nodes only.
-    ///
-    /// # Panics
-    /// If a node does not exist.
-    #[must_use]
-    pub fn stiffest_nodes_of(
-        &self,
-        count: usize,
-        nodes: impl IntoIterator<Item = usize>,
-    ) -> Vec<StiffNode> {
+    fn stiffest_of(&self, count: usize, runs: impl Iterator<Item = usize>) -> Vec<StiffNode> {
         let model = &self.model;
         if model.gradient_squares.is_empty() {
             return Vec::new();
@@ -121,7 +113,9 @@ impl Elastic {
             let gain = self.state.prestrain.gain(node);
             model.elastic_volumes[node] * bound * square * gain
         };
-        let mut nodes: Vec<(f64, usize)> = nodes.into_iter().map(|node| (0.0, node)).collect();
+        let n = self.node_count();
+        let nodes = runs.flat_map(|run| run * WATCHED_NODES..n.min((run + 1) * WATCHED_NODES));
+        let mut nodes: Vec<(f64, usize)> = nodes.map(|node| (0.0, node)).collect();
         let set = |_, nodes: &mut [(f64, usize)]| {
             for (value, node) in nodes {
                 *value = indicator(*node);

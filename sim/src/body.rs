@@ -13,15 +13,14 @@ use phyxel_integrate::{
 };
 use phyxel_mls::{GradientStencils, Neighborhoods, mean_pair_length};
 
-use crate::cutting::Cutting;
+use crate::cut_state::Cutting;
 use crate::error::{BodyProblem, WorldError, in_body};
 use crate::model::build;
-use crate::moves::{StepTimes, timed};
+use crate::phases::{StepTimes, timed};
 use crate::scene::{self, Scene};
 use crate::shares::Shared;
 use crate::support::supports_of;
-use crate::surface::ToolSurface;
-use crate::tool::ToolContact;
+use crate::tool::{ToolContact, ToolSurface};
 
 /// Room above the power iteration's estimate, which comes from below.
 const EIGENVALUE_MARGIN: f64 = 0.05;
@@ -311,12 +310,11 @@ impl Body {
         }
         self.smallest_ratio = self.smallest_ratio.min(self.smallest_volume_ratio());
         self.doubt = self.doubt.or_else(|| self.motion.take_warning());
-        if self.elastic.is_viscous() {
-            timed(&mut self.times.forces, || {
-                self.elastic.end_viscous_step();
-                self.elastic.begin_viscous_step(0.0);
-            });
-        }
+        let elastic = &mut self.elastic;
+        timed(&mut self.times.forces, || {
+            elastic.end_viscous_step();
+            elastic.begin_viscous_step(0.0);
+        });
         Ok(())
     }
 
@@ -352,7 +350,10 @@ impl Body {
         let settings = NewtonSettings::with_tolerance(AT_REST);
         let supports = self.motion.supports();
         let found = solve_static(law, &mut positions, supports, &load, &settings);
-        found.inspect_err(|_| self.elastic.begin_viscous_step(0.0))?;
+        if found.is_err() {
+            self.elastic.begin_viscous_step(0.0);
+        }
+        found?;
         evaluate(&mut self.elastic, &positions);
         self.elastic.end_viscous_step();
         self.elastic.begin_viscous_step(0.0);

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use crate::body::Body;
 use crate::error::BodyProblem;
-use crate::moves::timed;
+use crate::phases::timed;
 
 /// Time in which retained gradients and bonds decay, over the shortest period's `1/ω`: nine steps. With 4 and 8 cuts
 /// add energy at ν 0.49, with 16 to 64 none does.
@@ -51,13 +51,10 @@ impl Body {
     /// Advances viscosity by `step` (s): forces are then those of the step's potential, and the energy that
     /// viscosity lost is booked.
     pub(crate) fn relax(&mut self, step: f64) -> Result<(), BodyProblem> {
-        if !self.elastic.is_viscous() {
-            return Ok(());
+        let elastic = &mut self.elastic;
+        if timed(&mut self.times.forces, || elastic.begin_viscous_step(step)) {
+            self.relaxed -= self.jump()?;
         }
-        timed(&mut self.times.forces, || {
-            self.elastic.begin_viscous_step(step);
-        });
-        self.relaxed -= self.jump()?;
         Ok(())
     }
 

@@ -73,6 +73,7 @@ pub(crate) fn build(
     let settings = Settings {
         stabilization: spec.material.stabilization,
         dilatation: spec.material.dilatation,
+        ..Settings::default()
     };
     let mut elastic = Elastic::new(&rows, &nodes, &materials, &settings)?;
     if coupled.carried.is_some() {

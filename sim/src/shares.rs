@@ -17,7 +17,6 @@ use rayon::ThreadPool;
 
 use crate::World;
 use crate::body::{Body, evaluate, first_estimate};
-use crate::body_state::BodyState;
 use crate::error::BodyProblem;
 use crate::scene::{self, Scene};
 
@@ -115,7 +114,7 @@ pub(crate) struct Shared {
     /// Where the newest vector of estimates is.
     vector: Newest,
     /// Whether they have the vectors of the snapshot.
-    keeps: bool,
+    pub(crate) keeps: bool,
 }
 
 impl Shared {
@@ -135,7 +134,7 @@ impl Shared {
         self.lock().estimate(settings)
     }
 
-    fn hand_vector(&mut self, vector: &[DVec3]) {
+    pub(crate) fn hand_vector(&mut self, vector: &[DVec3]) {
         if self.vector == Newest::Here {
             self.lock().set_vector(vector);
             self.vector = Newest::Both;
@@ -150,7 +149,7 @@ impl Shared {
         }
     }
 
-    fn lock(&self) -> MutexGuard<'_, dyn BodyShares + 'static> {
+    pub(crate) fn lock(&self) -> MutexGuard<'_, dyn BodyShares + 'static> {
         self.shares.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -252,27 +251,6 @@ impl Body {
         Ok(())
     }
 
-    /// What moves, to be kept: shares that have it keep their part of it themselves.
-    pub(crate) fn keep(&mut self) -> BodyState {
-        let Some(shared) = &mut self.shared else {
-            return self.state();
-        };
-        shared.keeps = shared.is_handed();
-        if !shared.keeps {
-            self.fetch_vector();
-            return self.state();
-        }
-        shared.hand_vector(&self.eigenvector);
-        shared.lock().keep(self.motion.velocities());
-        let mut vectors = Default::default();
-        let vector = std::mem::take(&mut self.eigenvector);
-        self.motion.swap_vectors(&mut vectors);
-        let state = self.state();
-        self.motion.swap_vectors(&mut vectors);
-        self.eigenvector = vector;
-        state
-    }
-
     /// Nodes that the motion of the whole has to see in every step, ascending.
     fn watched(&self) -> Vec<u32> {
         let supports = self.motion.supports().entries().iter();
@@ -314,16 +292,6 @@ impl Body {
         }
     }
 
-    /// Brings what partitions have of the snapshot.
-    pub(crate) fn fetch_kept(&mut self, kept: &mut BodyState) {
-        if let Some(shared) = &mut self.shared
-            && std::mem::take(&mut shared.keeps)
-        {
-            let mut shares = shared.lock();
-            shares.kept(&mut kept.motion, &mut kept.eigenvector);
-        }
-    }
-
     /// The stiffest nodes where the nodes are, of all or of some runs of them.
     pub(crate) fn stiffest_nodes(
         &mut self,
@@ -336,15 +304,7 @@ impl Body {
             return shared.lock().stiffest_nodes(count, runs);
         }
         self.fetch_all();
-        let Some(runs) = runs else {
-            return self.elastic.stiffest_nodes(count);
-        };
-        let n = self.elastic.node_count();
-        let nodes = runs.iter().flat_map(|run| {
-            let first = run * phyxel_elastic::WATCHED_NODES;
-            first..(first + phyxel_elastic::WATCHED_NODES).min(n)
-        });
-        self.elastic.stiffest_nodes_of(count, nodes)
+        self.elastic.stiffest_nodes(count, runs)
     }
 
     /// Brings what products within a part read.
@@ -408,12 +368,9 @@ impl Body {
 
     /// Lets the retained gradients decay, here and in the shares; the first half of the work (J).
     pub(crate) fn decay_by(&mut self, factor: f64) -> f64 {
-        // Where the nodes are with shares, what the model here says of works is of another state. Which bonds decay
-        // depends on their lengths.
-        if self.shared.is_some() {
-            self.elastic.place_bonds(self.motion.positions());
-        }
-        let [offsets, bonds] = self.elastic.decay(factor).sums();
+        // Where the nodes are with shares, what the model here says of works is of another state.
+        let works = self.elastic.decay(factor, self.motion.positions());
+        let [offsets, bonds] = works.sums();
         let work = offsets + bonds;
         let shared = self.shared.as_ref();
         shared.map_or(work, |shared| shared.lock().decay(factor))

@@ -87,6 +87,7 @@ fn options() -> impl Iterator<Item = (Material, &'static str, Settings)> {
             let settings = Settings {
                 stabilization,
                 dilatation,
+                ..Settings::default()
             };
             (material, label, settings)
         })

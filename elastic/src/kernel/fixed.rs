@@ -172,7 +172,7 @@ impl Tables {
         rest: &[DVec3],
         multipliers: &[DVec3],
         controlled: bool,
-        frame: Option<&Frame>,
+        frame: Option<Frame>,
     ) -> Self {
         let count = rest.len().div_ceil(BLOCK);
         let is_corrected = !multipliers.is_empty();

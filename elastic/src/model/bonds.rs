@@ -102,18 +102,6 @@ impl Elastic {
         self.cut.bonds.ends()
     }
 
-    /// Takes the lengths of bonds, by which they decay, from positions (m) of all nodes, of which those of
-    /// [`Elastic::bond_ends`] count. An evaluation does so by itself; this is for a body that is evaluated elsewhere.
-    ///
-    /// # Panics
-    /// If `positions` is not one per node.
-    pub fn place_bonds(&mut self, positions: &[DVec3]) {
-        assert_eq!(positions.len(), self.node_count(), "one position per node");
-        for bond in &mut self.cut.bonds.list {
-            bond.set_x(positions[bond.other as usize] - positions[bond.node as usize]);
-        }
-    }
-
     /// Multiplies the offsets of all bonds with `factor` (0 to 1); `works` gets the deficient node and the first half of the
     /// work (J) of each, nodes ascending.
     pub(crate) fn decay_bonds(&mut self, factor: f64, works: &mut Vec<(u32, f64)>) {
@@ -127,14 +115,6 @@ impl Elastic {
         works.clear();
         let bonds = self.cut.bonds.list.iter();
         works.extend(bonds.map(|bond| (bond.node, bond.decay_work())));
-    }
-
-    /// Deficient node and energy (J) of each bond at the state last evaluated, nodes ascending; summed in order, they are
-    /// what [`Elastic::forces_into`] adds to [`Elastic::run_energies`].
-    #[must_use]
-    pub fn bond_energies(&self) -> Vec<(u32, f64)> {
-        let bonds = self.cut.bonds.list.iter();
-        bonds.map(|bond| (bond.node, bond.energy())).collect()
     }
 
     /// Deficient nodes, ascending.

@@ -73,18 +73,18 @@ impl Share {
         self.evaluate_if_due(wire);
         let own = self.own();
         let (first, start) = (own.start, self.package.start);
-        let found = match runs {
-            None => self.elastic.stiffest_nodes_of(count, own),
-            Some(runs) => {
-                let runs = runs.iter().map(|run| whole(*run) * WATCHED_NODES);
-                let nodes = runs.flat_map(|run| run..run + WATCHED_NODES);
-                let mine = nodes.filter(|node| (start..start + own.len()).contains(node));
-                let local = mine.map(|node| first + node - start);
-                self.elastic.stiffest_nodes_of(count, local)
-            }
+        let mine = first / WATCHED_NODES..own.end.div_ceil(WATCHED_NODES);
+        let local = |run: &f64| {
+            let from = (whole(*run) * WATCHED_NODES).checked_sub(start)?;
+            Some((first + from) / WATCHED_NODES).filter(|run| mine.contains(run))
         };
-        let mut told: Vec<f64> = found
-            .iter()
+        let mine = match runs {
+            None => mine.collect(),
+            Some(runs) => runs.iter().filter_map(local).collect::<Vec<_>>(),
+        };
+        let found = self.elastic.stiffest_nodes(count, Some(&mine));
+        let own = found.iter().filter(|stiff| own.contains(&(stiff.node as usize)));
+        let mut told: Vec<f64> = own
             .flat_map(|stiff| {
                 let node = start + stiff.node as usize - first;
                 let [x, y, z] = stiff.direction.to_array();

@@ -4,7 +4,7 @@ mod model;
 mod steps;
 
 use glam::DVec3;
-use phyxel_elastic::{Frame, WATCHED_NODES};
+use phyxel_elastic::{Settings, WATCHED_NODES};
 use phyxel_integrate::{PassSums, SHARED_NODES};
 
 use crate::command::Command;
@@ -32,8 +32,8 @@ pub(crate) struct Front {
     /// Models, changes of them and states given to the ranks, and states that came from them.
     traffic: [Traffic; Traffic::KINDS],
     memory: Memory,
-    /// What the models were counted from.
-    frame: Option<Frame>,
+    /// What the models were built with.
+    settings: Option<Settings>,
     watched: Vec<u32>,
     /// Watched nodes of each rank.
     watched_of: Vec<usize>,

@@ -10,7 +10,7 @@ mod weak;
 
 use glam::{DMat3, DVec3};
 use phyxel::{Body, BodyProblem, elastic_stencils};
-use phyxel_elastic::{Elastic, Frame, Material, Materials, Nodes, Settings, Stencils};
+use phyxel_elastic::{Elastic, Material, Materials, Nodes, Settings, Stencils};
 use phyxel_integrate::{BoundaryConditions, Motion, MotionSettings};
 use serde::{Deserialize, Serialize};
 
@@ -57,7 +57,6 @@ pub(crate) struct Model {
     materials: Vec<Material>,
     material_of: Vec<u32>,
     settings: Settings,
-    frame: Frame,
     held: Vec<u32>,
     motion: MotionSettings,
     supports: BoundaryConditions,
@@ -174,7 +173,6 @@ impl<'a> Models<'a> {
             materials: self.materials.clone(),
             material_of: locals.pick(&self.material_of, 0),
             settings: *body.elastic.settings(),
-            frame: body.elastic.frame(),
             held: held.filter_map(|node| locals.local_of(node)).collect(),
             motion: *body.motion.settings(),
             supports: supports.part(locals.own.clone()),
@@ -189,8 +187,7 @@ impl<'a> Models<'a> {
 impl Model {
     /// The model of the rank's nodes.
     pub(crate) fn elastic(&self, package: &Package) -> Result<Elastic, BodyProblem> {
-        let mut elastic = Elastic::in_frame(
-            &self.frame,
+        let mut elastic = Elastic::new(
             &Stencils {
                 offsets: &self.offsets,
                 indices: &self.indices,

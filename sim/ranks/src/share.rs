@@ -148,12 +148,13 @@ impl Share {
         let runs = self.own.start / WATCHED_NODES..self.own.end.div_ceil(WATCHED_NODES);
         let indicators: Vec<f64> = self.elastic.stiffness_indicators().collect();
         let mut told: Vec<f64> = sums.iter().flat_map(|sums| sums.0).collect();
-        told.extend_from_slice(&self.elastic.run_energies()[runs.clone()]);
+        let (energies, bonds) = self.elastic.energies();
+        told.extend_from_slice(&energies[runs.clone()]);
         told.extend_from_slice(&indicators[runs]);
         told.push(self.elastic.smallest_volume_ratio());
         if std::mem::take(&mut self.carried) != [0; 2] {
             let works = self.elastic.decay_works().clone();
-            for works in [works.offsets, works.bonds, self.elastic.bond_energies()] {
+            for works in [works.offsets, works.bonds, bonds] {
                 told.extend(self.of_own(&works));
             }
         }
@@ -170,7 +171,7 @@ impl Share {
 
     /// Lets offsets and bonds decay; the works (J) of own ones.
     pub(crate) fn decay(&mut self, factor: f64) -> [Vec<f64>; 2] {
-        let works = self.elastic.decay(factor).clone();
+        let works = self.elastic.decay(factor, &self.places).clone();
         let works = [self.of_own(&works.offsets), self.of_own(&works.bonds)];
         self.carried = [works[0].len(), works[1].len()];
         works

@@ -75,14 +75,14 @@ fn weakening_never_adds_energy_and_its_decay_is_booked() {
         let after = kept.forces_into(&x, &mut f);
         assert!(after <= before, "{after} from {before} at {by}");
         // Where they were drawn out, bonds keep their length.
-        let work = kept.decay(0.98).sums()[1];
+        let work = kept.decay(0.98, &x).sums()[1];
         assert_within("work on what is drawn", work, 0.0, 0.0);
         // Elsewhere some are slack: at fixed positions, the work of a decay is what the energy changes by.
         let x = shaken(&rest, by, 6);
         let start = kept.forces_into(&x, &mut f);
         let (mut energy, mut work) = (start, 0.0);
         for _ in 0..400 {
-            work += kept.decay(0.98).sums()[1];
+            work += kept.decay(0.98, &x).sums()[1];
             let next = kept.forces_into(&x, &mut f);
             assert!(next <= energy * (1.0 + 1e-14), "{next} from {energy}");
             energy = next;
@@ -125,14 +125,14 @@ fn what_hangs_on_little_is_held_as_by_one_whole_pair_and_the_change_adds_no_ener
     evaluated(&mut body, &x);
     body.weaken(&[62], &x, &|p| if row.contains(&p) { 0.2 } else { 0.0 });
     for _ in 0..400 {
-        body.decay(0.98);
+        body.decay(0.98, &x);
     }
     let (before, _) = evaluated(&mut body, &x);
-    let held = body.bond_energies()[3].1;
+    let held = body.energies().1[3].1;
     assert!(held > 0.0);
     let lost = body.weaken(&[62], &x, &|p| neighbor(p, 0.2));
     let (after, _) = evaluated(&mut body, &x);
-    let last = body.bond_energies()[0].1;
+    let last = body.energies().1[0].1;
     assert_within("the last bond", last, held, 1e-12 * held);
     assert_within("what was lost", lost, before - after, 1e-12 * before);
     assert!(lost > 0.0, "{lost}");

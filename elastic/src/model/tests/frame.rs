@@ -54,14 +54,7 @@ fn part(block: &Block, whole: &Elastic, (nodes, outer): &(Vec<usize>, Vec<usize>
     };
     let (nodes, material) = (Nodes::new(&rest, &volumes), *whole.material(0));
     let materials = Materials::Uniform(material);
-    Elastic::in_frame(
-        &whole.frame(),
-        &stencils,
-        &nodes,
-        &materials,
-        whole.settings(),
-    )
-    .expect("rows are valid or empty")
+    Elastic::new(&stencils, &nodes, &materials, whole.settings()).expect("rows are valid or empty")
 }
 
 #[test]
@@ -81,7 +74,7 @@ fn a_part_in_the_frame_of_the_whole_has_its_bits() {
         forces[..WATCHED_NODES],
         "the forces"
     );
-    let energies = [part.run_energies()[0], whole.run_energies()[0]];
+    let energies = [part.energies().0[0], whole.energies().0[0]];
     assert_eq!(energies[0].to_bits(), energies[1].to_bits(), "the energy");
 }
 
@@ -93,8 +86,8 @@ fn energies_of_runs_and_bonds_are_the_energy() {
     evaluated(&mut body, &x);
     body.weaken(&[40, 400], &x, &|_| 1.0);
     let (energy, _) = evaluated(&mut body, &shaken(&block, 0.02, 4));
-    let runs: f64 = body.run_energies().iter().sum();
-    let bonds = body.bond_energies();
+    let (runs, bonds) = body.energies();
+    let runs: f64 = runs.iter().sum();
     let of_bonds = bonds.iter().fold(0.0, |sum, (_, energy)| sum + energy);
     assert!(of_bonds > 0.0 && bonds.iter().all(|(node, _)| [40, 400].contains(node)));
     assert_eq!((runs + of_bonds).to_bits(), energy.to_bits());

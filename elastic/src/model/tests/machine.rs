@@ -42,6 +42,7 @@ fn the_processor_does_not_change_the_bits() {
             let settings = Settings {
                 stabilization,
                 dilatation,
+                ..Settings::default()
             };
             let mut body = built(block, Material::neo_hookean(1.0, 0.4), &settings);
             if let Some(arch) = arch {

@@ -129,6 +129,7 @@ fn products_within_a_part_are_those_of_the_whole() {
         let settings = Settings {
             stabilization: alpha,
             dilatation,
+            ..Settings::default()
         };
         let material = fibrous(Material::neo_hookean(1e4, 0.4));
         let mut body = built(&torn, material, &settings);

@@ -73,7 +73,7 @@ fn beside_a_cut_it_is_the_definition() {
         let mut body = model(&whole, law(), 0.1);
         update(&mut body, &touched, &block);
         let read = body.smoothed_positions(&x);
-        let see = |node| body.rank(node) == 3;
+        let see = |node| body.model.ranks[node] == 3;
         let off = farthest(&read, &by_definition(&block, see, &x));
         assert!(off < 1e-14, "{factor}: {off}");
         let change = farthest(&read, &before);
@@ -91,7 +91,7 @@ fn nodes_without_a_strain_of_their_own_stay() {
     let weak = touched.iter().copied().filter(|i| i % 3 == 0);
     let weak: Vec<u32> = weak.collect();
     body.weaken(&weak, &x, &|p| f64::from(u8::from(torn.weights[p] > 0.0)));
-    let see = |i: usize| body.rank(i) == 3 && !weak.iter().any(|weak| *weak as usize == i);
+    let see = |i: usize| body.model.ranks[i] == 3 && !weak.iter().any(|weak| *weak as usize == i);
     let read = body.smoothed_positions(&x);
     let off = farthest(&read, &by_definition(&torn, see, &x));
     assert!(off < 1e-14, "{off}");

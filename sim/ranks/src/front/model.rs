@@ -41,7 +41,7 @@ impl BodyShares for Front {
         }
         self.watch(&layout, watched);
         self.locals = locals;
-        self.frame = Some(body.elastic.frame());
+        self.settings = Some(*body.elastic.settings());
         self.layout = Some(layout);
         let built = mine.transpose();
         let fine = all_fine(built.is_ok());
@@ -59,7 +59,7 @@ impl BodyShares for Front {
         let Some(layout) = self.layout.clone() else {
             return Ok(());
         };
-        if self.frame != Some(body.elastic.frame()) {
+        if self.settings.as_ref() != Some(body.elastic.settings()) {
             self.set_model(body, watched)?;
             return self.set_state(&body.motion);
         }

@@ -19,7 +19,7 @@ pub(super) struct Weak {
 
 /// Weak ones of a rank's nodes, of some.
 pub(super) fn weak_nodes(body: &Body, locals: &Locals, some: impl Fn(u32) -> bool) -> Vec<Weak> {
-    let bonds = body.elastic.bond_energies();
+    let (_, bonds) = body.elastic.energies();
     let offsets = body.elastic.state().bonds;
     let mut weak = Vec::new();
     for &node in body
@@ -62,7 +62,7 @@ pub(super) fn weaken(elastic: &mut Elastic, rest: &[DVec3], weak: &[Weak]) {
             .unwrap_or(0.0)
     };
     elastic.weaken(&nodes, rest, &share);
-    let bonds = elastic.bond_energies();
+    let (_, bonds) = elastic.energies();
     let mut state = elastic.state();
     for weak in weak {
         let from = bonds.partition_point(|(of, _)| *of < weak.node);

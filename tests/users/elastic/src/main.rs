@@ -77,7 +77,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     assert!(energy.total() <= 0.0);
     // What the cut retained of strains decays; a body in motion takes a step in between.
     for _ in 0..20 {
-        body.decay(0.5);
+        body.decay(0.5, &x);
     }
     let cut = settle(&mut body, &mut at, &top, &weight)?;
 
