@@ -39,7 +39,7 @@ fn a_block_rests_on_a_table_and_slides_off_a_slippery_one() {
         )
     };
     let mut flat = world(&table(0.0));
-    play(&mut flat, 1.0);
+    play(&mut flat, 0.6);
     let force = flat.tool_forces()[0];
     let expected = weight(&flat);
     assert_within("weight", force.force.z / expected, -1.0, 2e-3);

@@ -76,7 +76,7 @@ fn a_hundred_cuts() {
             stroke(&k.to_string(), point(0.04), from, to, [begin, begin + 5e-5])
         })
         .collect();
-    let mut world = cut(&BLOCK.replace("Nodes(500)", "Nodes(250)"), &strokes);
+    let mut world = cut(&BLOCK.replace("Nodes(500)", "Nodes(150)"), &strokes);
     let mut before = 0;
     for k in 1..=6 {
         play(&mut world, 0.02 * f64::from(k)).expect("it runs");
