@@ -57,6 +57,8 @@ export class Pad {
       this.place = null;
     } else if (x || y || z) {
       this.holds ? this.grip(Phase.MOVE) : this.pose(Phase.MOVE);
+    } else {
+      return;
     }
     this.holds = Boolean(grips);
     stage.touch();

@@ -289,6 +289,7 @@ fn a_line_across_the_picture_slices_through() {
     browser.evaluate("pad.axes[1] = -1");
     step_until(&mut browser, "Math.hypot(...stage.state.grip) > 0");
     browser.evaluate("pad.axes[1] = 0; pad.buttons[0].pressed = false");
+    browser.wait("!stage.pad.holds");
     step_until(&mut browser, "Math.hypot(...stage.state.grip) === 0");
     // A token of another session: the server was started again.
     browser
