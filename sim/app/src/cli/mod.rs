@@ -19,7 +19,7 @@ use clap::{Args, Parser, Subcommand};
 use crate::output::{CheckpointError, InputFileError, OutputError};
 use crate::run::RunError;
 use crate::sweep::SweepError;
-use phyxel_scene::{Place, SceneError};
+use phyxel_scene::{Place, TextError};
 
 /// Point-based surgical simulation: runs scenes in which soft bodies deform and are cut.
 #[derive(Debug, Parser)]
@@ -60,7 +60,7 @@ struct Overrides {
 }
 
 impl Overrides {
-    fn parse(&self) -> Result<Vec<phyxel_scene::Override>, SceneError> {
+    fn parse(&self) -> Result<Vec<phyxel_scene::Override>, TextError> {
         self.set
             .iter()
             .map(|text| Ok(phyxel_scene::Override::parse(text)?))
@@ -72,7 +72,7 @@ impl Overrides {
 #[derive(Debug, thiserror::Error)]
 enum CliError {
     #[error(transparent)]
-    Scene(#[from] SceneError),
+    Scene(#[from] TextError),
     #[error(transparent)]
     Source(#[from] source::SourceError),
     #[error(transparent)]

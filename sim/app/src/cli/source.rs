@@ -8,7 +8,7 @@ use phyxel_discretize::{
     Primitive, ReadError, RepairError, RepairSettings, Solid, read_mesh, repair,
 };
 
-use phyxel_scene::{EMBEDDED, Override, SceneError, Syntax, TextError, place_of, read_text};
+use phyxel_scene::{EMBEDDED, Override, Syntax, TextError, place_of, read_text};
 
 use crate::picture::PictureError;
 use crate::run::RunError;
@@ -130,7 +130,7 @@ fn mesh_scene(file: &Path, overrides: &[Override]) -> Result<(Scene, String), Cl
         let half_extents = DVec3::splat(0.1);
         let stand_in = Solid::from(Primitive::Box { half_extents });
         match phyxel_scene::for_mesh(file, &stand_in, overrides) {
-            Err(SceneError::Text(TextError::Override(wrong))) => SceneError::from(wrong).into(),
+            Err(wrong @ TextError::Override(_)) => wrong.into(),
             _ => CliError::from(error),
         }
     };
