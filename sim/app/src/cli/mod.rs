@@ -123,16 +123,16 @@ enum CliError {
 
 /// A text for a terminal: what a file may hold of control characters is shown and not obeyed.
 pub(crate) fn printable(text: &str) -> String {
-    let shown = |c: char| c == '\n' || !c.is_control();
-    let mut out = String::with_capacity(text.len());
-    for character in text.chars() {
-        if shown(character) {
-            out.push(character);
-        } else {
-            out.extend(character.escape_default());
-        }
-    }
-    out
+    let shown = |c: char| match c.is_control() && c != '\n' {
+        true => c.escape_default().to_string(),
+        false => c.to_string(),
+    };
+    text.chars().map(shown).collect()
+}
+
+/// Writes a line for people on stderr.
+fn say(line: &str) -> Result<(), CliError> {
+    writeln!(io::stderr(), "{}", printable(line)).map_err(CliError::Stderr)
 }
 
 /// Runs the program with the arguments it was started with.
