@@ -22,7 +22,7 @@ pub(crate) use pool::{PoolOptions, Tally, run_cases};
 
 use case::CaseHashes;
 use design::cases;
-use phyxel_scene::{KeyPath, OverrideError, Place, SceneError, TextError};
+use phyxel_scene::{KeyPath, OverrideError, Place, TextError};
 use rayon::prelude::*;
 
 use crate::output::{Interrupt, OutputError, OutputFolder};
@@ -44,7 +44,7 @@ pub enum SweepError {
         /// Number of the case.
         case: usize,
         /// What is wrong with the scene.
-        source: Box<SceneError>,
+        source: Box<TextError>,
     },
     /// A file cannot be written.
     #[error(transparent)]
@@ -78,10 +78,10 @@ pub enum SweepError {
 
 /// Where a plan says what is wrong with its scene: at one of the changes that all cases share, or where it
 /// names the scene.
-pub(crate) fn place_of(plan: &Plan, error: Option<&SceneError>) -> Place {
+pub(crate) fn place_of(plan: &Plan, error: Option<&TextError>) -> Place {
     let change = match error {
-        Some(SceneError::Text(TextError::Override(OverrideError { text, .. }))) => text,
-        Some(SceneError::Text(TextError::At { place, .. })) => {
+        Some(TextError::Override(OverrideError { text, .. })) => text,
+        Some(TextError::At { place, .. }) => {
             place.origin.strip_prefix("--set ").unwrap_or_default()
         }
         _ => "",
@@ -140,7 +140,7 @@ fn case(
 
 /// The scene of a case.
 fn scene(plan: &Plan, base: &str, number: usize, values: &[String]) -> Result<Scene, SweepError> {
-    let refused = |index: Option<usize>, error: SceneError| {
+    let refused = |index: Option<usize>, error: TextError| {
         let keys = index.map_or("keys".to_owned(), |index| format!("keys[{index}].values"));
         SweepError::Refused {
             place: plan.source.place(&keys),
@@ -158,10 +158,8 @@ fn scene(plan: &Plan, base: &str, number: usize, values: &[String]) -> Result<Sc
     phyxel_scene::from_text(base, "the scene", "", &all).map_err(|error| {
         // The key whose change is at fault, if one alone is.
         let index = changes.iter().find(|(_, change)| match &error {
-            SceneError::Text(TextError::Override(OverrideError { text, .. })) => {
-                *text == change.to_string()
-            }
-            SceneError::Text(TextError::At { path, .. }) => {
+            TextError::Override(OverrideError { text, .. }) => *text == change.to_string(),
+            TextError::At { path, .. } => {
                 KeyPath::parse(path).is_some_and(|path| change.path().contains(&path))
             }
             _ => false,

@@ -62,33 +62,39 @@ impl Mailbox {
         locked(&self.waiting)
     }
 
+    /// Changes what waits, and wakes who sends it.
+    fn change(&self, change: impl FnOnce(&mut Waiting)) {
+        change(&mut self.lock());
+        self.changed.notify_one();
+    }
+
     /// Queues a message. Changes of the scene are left out from where too many wait.
     pub(crate) fn push(&self, message: Outgoing) {
-        let mut waiting = self.lock();
-        if matches!(message, Outgoing::Binary(_)) {
-            waiting.behind |= waiting.bytes + message.bytes() > MOST_BYTES;
-            if waiting.behind {
-                return;
+        self.change(|waiting| {
+            let bytes = waiting.bytes + message.bytes();
+            if matches!(message, Outgoing::Binary(_)) {
+                waiting.behind |= bytes > MOST_BYTES;
+                if waiting.behind {
+                    return;
+                }
             }
-        }
-        waiting.bytes += message.bytes();
-        waiting.queue.push_back(message);
-        drop(waiting);
-        self.changed.notify_one();
+            waiting.bytes = bytes;
+            waiting.queue.push_back(message);
+        });
     }
 
     /// Queues all of a scene, however much it is: what waits of an earlier one is out of date.
     pub(crate) fn begin(&self, scene: impl IntoIterator<Item = Outgoing>) {
-        let mut waiting = self.lock();
-        let changes = |message: &Outgoing| matches!(message, Outgoing::Binary(_));
-        waiting.queue.retain(|message| !changes(message));
-        waiting.queue.extend(scene);
-        waiting.bytes = 0;
-        waiting.state = None;
-        waiting.in_flight = None;
-        waiting.behind = false;
-        drop(waiting);
-        self.changed.notify_one();
+        self.change(|waiting| {
+            let mut queue = std::mem::take(&mut waiting.queue);
+            queue.retain(|message| !matches!(message, Outgoing::Binary(_)));
+            queue.extend(scene);
+            *waiting = Waiting {
+                queue,
+                closed: waiting.closed,
+                ..Waiting::default()
+            };
+        });
     }
 
     /// Whether changes were left out and all that waited has been taken: it is time for the whole scene.
@@ -99,8 +105,7 @@ impl Mailbox {
 
     /// Replaces the state that waits.
     pub(crate) fn put_state(&self, number: u32, state: Arc<Vec<u8>>) {
-        self.lock().state = Some((number, state));
-        self.changed.notify_one();
+        self.change(|waiting| waiting.state = Some((number, state)));
     }
 
     /// Whether a state would be sent at once.
@@ -111,27 +116,17 @@ impl Mailbox {
 
     /// The client has drawn the state of this number.
     pub(crate) fn acknowledge(&self, number: u32) {
-        let mut waiting = self.lock();
-        if waiting.in_flight == Some(number) {
-            waiting.in_flight = None;
-        }
-        drop(waiting);
-        self.changed.notify_one();
+        self.change(|waiting| waiting.in_flight = waiting.in_flight.filter(|own| *own != number));
     }
 
     /// Lets the client know that the session ends, before all that waits.
     pub(crate) fn end(&self) {
-        let mut waiting = self.lock();
-        waiting.queue.clear();
-        waiting.queue.push_back(Outgoing::End);
-        drop(waiting);
-        self.changed.notify_one();
+        self.change(|waiting| waiting.queue = [Outgoing::End].into());
     }
 
     /// Ends the client.
     pub(crate) fn close(&self) {
-        self.lock().closed = true;
-        self.changed.notify_one();
+        self.change(|waiting| waiting.closed = true);
     }
 
     /// The next message; a ping after `patience` without one, `None` at the end.

@@ -10,8 +10,8 @@ mod suggest;
 use crate::{Between, Coloring, Integration, Pictures, Rest, Scene, Scheme, Show, VERSION, View};
 use body::body;
 use event::{body_name, cut, support, tool};
-pub use faults::Fault;
-use faults::{Checks, triple};
+use faults::triple;
+pub use faults::{Checks, Fault};
 use file::rigid;
 pub use suggest::{DidYouMean, nearest};
 
@@ -29,35 +29,29 @@ impl Scene {
         let checks = &mut all;
         whole(checks, scene);
         integration(checks, &scene.integration);
-        for (index, item) in scene.bodies.iter().enumerate() {
-            body(checks, &format!("bodies[{index}]"), item);
-        }
-        let names = scene.bodies.iter().map(|body| body.name.as_str());
-        unique(checks, "bodies", names);
-        for (index, item) in scene.supports.iter().enumerate() {
-            support(checks, &format!("supports[{index}]"), item, &scene.bodies);
-        }
+        checks.each("bodies", &scene.bodies, body);
+        unique(checks, "bodies", scene.bodies.iter().map(|one| &*one.name));
+        checks.each("supports", &scene.supports, |checks, item| {
+            support(checks, item, &scene.bodies);
+        });
         if let Some(gravity) = &scene.gravity {
             checks.finite("gravity.acceleration", gravity.acceleration);
             checks.not_negative("gravity.ramp", gravity.ramp, " (s)");
         }
-        for (index, item) in scene.tools.iter().enumerate() {
-            tool(checks, &format!("tools[{index}]"), item, &scene.bodies);
-        }
+        checks.each("tools", &scene.tools, |checks, item| {
+            tool(checks, item, &scene.bodies);
+        });
         contact(checks, scene);
-        let names = scene.tools.iter().map(|tool| tool.name.as_str());
-        unique(checks, "tools", names);
-        for (index, item) in scene.cuts.iter().enumerate() {
-            cut(checks, &format!("cuts[{index}]"), item, scene);
-        }
-        let names = scene.cuts.iter().map(|cut| cut.name.as_str());
-        unique(checks, "cuts", names);
+        unique(checks, "tools", scene.tools.iter().map(|tool| &*tool.name));
+        checks.each("cuts", &scene.cuts, |checks, item| cut(checks, item, scene));
+        unique(checks, "cuts", scene.cuts.iter().map(|cut| &*cut.name));
         stepping(checks, scene);
         observe(checks, scene);
         if let Some(settings) = &scene.pictures {
-            pictures(checks, settings);
-            let (path, rate) = ("pictures.rate", settings.rate);
-            limited(checks, path, rate, MOST_FRAMES, scene, "frames");
+            checks.group("pictures", |checks| {
+                pictures(checks, settings);
+                limited(checks, "rate", settings.rate, MOST_FRAMES, scene, "frames");
+            });
         }
         all.first()
     }
@@ -78,23 +72,21 @@ fn whole(checks: &mut Checks, scene: &Scene) {
 }
 
 fn observe(checks: &mut Checks, scene: &Scene) {
-    let mut rate = |field: &str, rate: f64, most: f64, what: &str| {
-        let path = format!("observe.{field}");
-        checks.positive(&path, rate, " (1/s)");
-        limited(checks, &path, rate, most, scene, what);
+    let mut rate = |path: &str, rate: f64, most: f64, what: &str| {
+        checks.positive(path, rate, " (1/s)");
+        limited(checks, path, rate, most, scene, what);
     };
     let observe = scene.observe;
-    rate("history_rate", observe.history_rate, MOST_ROWS, "rows");
+    let path = "observe.history_rate";
+    rate(path, observe.history_rate, MOST_ROWS, "rows");
     // Without a tool there are no rows.
     let tools = !scene.tools.is_empty();
     let most = if tools { MOST_ROWS } else { f64::INFINITY };
-    rate("force_rate", observe.force_rate, most, "rows");
+    rate("observe.force_rate", observe.force_rate, most, "rows");
     if let Some(states) = observe.state_rate {
-        rate("state_rate", states, MOST_FRAMES, "states");
+        rate("observe.state_rate", states, MOST_FRAMES, "states");
     }
-    if let Some(period) = observe.checkpoint {
-        checks.positive("observe.checkpoint", period, " (s)");
-    }
+    checks.positive("observe.checkpoint", observe.checkpoint, " (s)");
 }
 
 /// Most bodies: pictures number two surfaces of each in 16 bits.
@@ -150,20 +142,16 @@ fn contact(checks: &mut Checks, scene: &Scene) {
     };
     checks.not_negative("contact.friction", contact.friction, "");
     if let Between::Pairs(pairs) = &contact.between {
-        for (index, pair) in pairs.iter().enumerate() {
-            let path = format!("contact.between[{index}]");
-            let of = |field: &str| format!("{path}.{field}");
-            for name in [&pair.bodies.0, &pair.bodies.1] {
-                body_name(checks, &of("bodies"), Some(name), &scene.bodies);
-            }
-            if let Some(friction) = pair.friction {
-                checks.not_negative(of("friction"), friction, "");
-            }
+        checks.each("contact.between", pairs, |checks, pair| {
             let (a, b) = &pair.bodies;
-            let is_new = !pairs[..index].iter().any(|other| other.is_of(a, b));
+            body_name(checks, "bodies", Some(a), &scene.bodies);
+            body_name(checks, "bodies", Some(b), &scene.bodies);
+            checks.not_negative("friction", pair.friction, "");
+            let first = pairs.iter().find(|other| other.is_of(a, b));
+            let is_new = first.is_some_and(|first| std::ptr::eq(first, pair));
             let found = format_args!("of '{a}' and '{b}'");
-            checks.require(is_new, &path, found, "these two are named before");
-        }
+            checks.require(is_new, "", found, "these two are named before");
+        });
     }
     let is_explicit = scene.integration.scheme.step().is_none();
     let must = "implicit schemes have no contact between bodies; take an explicit integration.scheme, or leave it out";
@@ -191,43 +179,39 @@ fn stepping(checks: &mut Checks, scene: &Scene) {
     if settings.scheme.step().is_none() {
         return;
     }
-    for (index, body) in scene.bodies.iter().enumerate() {
-        let path = format_args!("bodies[{index}].damping_ratio");
+    checks.each("bodies", &scene.bodies, |checks, body| {
         let must = "implicit schemes have no viscous damping; set it to 0";
-        checks.require(body.damping_ratio == 0.0, path, body.damping_ratio, must);
-    }
-    for (index, tool) in scene.tools.iter().enumerate() {
-        let path = format_args!("tools[{index}].release");
+        let ratio = body.damping_ratio;
+        checks.require(ratio == 0.0, "damping_ratio", ratio, must);
+    });
+    checks.each("tools", &scene.tools, |checks, tool| {
         let must = "implicit schemes have tools on paths only; take an explicit scheme";
-        checks.require(tool.release.is_none(), path, "given", must);
-    }
+        checks.require(tool.release.is_none(), "release", "given", must);
+    });
 }
 
 fn pictures(checks: &mut Checks, pictures: &Pictures) {
-    for (name, size) in [("width", pictures.width), ("height", pictures.height)] {
-        let (path, must) = (format!("pictures.{name}"), "it must be 16 pixels or more");
-        checks.require(size >= 16, path, size, must);
+    let (width, height) = (pictures.width, pictures.height);
+    for (path, size) in [("width", width), ("height", height)] {
+        checks.require(size >= 16, path, size, "it must be 16 pixels or more");
     }
-    let pixels = u64::from(pictures.width) * u64::from(pictures.height);
-    let (path, width) = ("pictures.width", pictures.width);
+    let pixels = u64::from(width) * u64::from(height);
     let must = format_args!("with the height it makes {pixels} pixels; the limit is {MOST_PIXELS}");
-    checks.require(pixels <= MOST_PIXELS, path, width, must);
-    let (path, samples) = ("pictures.samples", pictures.samples);
-    let fits = [1, 2, 4].contains(&samples);
-    checks.require(fits, path, samples, "it must be 1, 2 or 4");
+    checks.require(pixels <= MOST_PIXELS, "width", width, must);
+    let fits = [1, 2, 4].contains(&pictures.samples);
+    let must = "it must be 1, 2 or 4";
+    checks.require(fits, "samples", pictures.samples, must);
     if let Some(behind) = pictures.background {
-        checks.color("pictures.background.top", behind.top);
-        checks.color("pictures.background.bottom", behind.bottom);
+        checks.color("background.top", behind.top);
+        checks.color("background.bottom", behind.bottom);
     }
-    checks.positive("pictures.rate", pictures.rate, " (frames per second)");
-    let (path, scale) = ("pictures.splat_scale", pictures.splat_scale);
+    checks.positive("rate", pictures.rate, " (frames per second)");
+    let scale = pictures.splat_scale;
     let must = "it must be above 0 and 1 at most";
-    checks.require(scale > 0.0 && scale <= 1.0, path, scale, must);
-    for (index, mesh) in pictures.meshes.iter().enumerate() {
-        rigid(checks, &format!("pictures.meshes[{index}]"), mesh);
-    }
+    checks.require(scale > 0.0 && scale <= 1.0, "splat_scale", scale, must);
+    checks.each("meshes", &pictures.meshes, rigid);
     if let Show::Normals { length } = pictures.show {
-        checks.positive("pictures.show.length", length, " (m)");
+        checks.positive("show.length", length, " (m)");
     }
     let (most, unit) = match pictures.color {
         Coloring::Tissue => (1.0, ""),
@@ -235,12 +219,11 @@ fn pictures(checks: &mut Checks, pictures: &Pictures) {
         Coloring::Stress { most } => (most, " (Pa)"),
         Coloring::Curvature { most } => (most, " (1/m)"),
     };
-    checks.positive("pictures.color.most", most, unit);
-    view(checks, pictures.view);
+    checks.positive("color.most", most, unit);
+    checks.group("view", |checks| view(checks, pictures.view));
 }
 
 fn view(checks: &mut Checks, view: View) {
-    let of = |field: &str| format!("pictures.view.{field}");
     match view {
         View::Around {
             azimuth,
@@ -249,23 +232,23 @@ fn view(checks: &mut Checks, view: View) {
             ..
         } => {
             let must = "it must be finite (degrees)";
-            checks.require(azimuth.is_finite(), of("azimuth"), azimuth, must);
+            checks.require(azimuth.is_finite(), "azimuth", azimuth, must);
             let must = "it must be from -90 (below) to 90 (above)";
-            checks.within(of("elevation"), elevation, -90.0..=90.0, must);
-            checks.positive(of("zoom"), zoom, ", 1 fits the bodies");
+            checks.within("elevation", elevation, -90.0..=90.0, must);
+            checks.positive("zoom", zoom, ", 1 fits the bodies");
         }
         View::Explicit {
             eye,
             target,
             field_of_view,
         } => {
-            checks.finite(of("eye"), eye);
-            checks.finite(of("target"), target);
+            checks.finite("eye", eye);
+            checks.finite("target", target);
             let must = "it must differ from the eye";
-            checks.require(eye != target, of("target"), triple(target), must);
+            checks.require(eye != target, "target", triple(target), must);
             let fits = field_of_view > 0.0 && field_of_view < 180.0;
             let must = "it must be above 0 and below 180 (degrees)";
-            checks.require(fits, of("field_of_view"), field_of_view, must);
+            checks.require(fits, "field_of_view", field_of_view, must);
         }
     }
 }

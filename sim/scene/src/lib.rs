@@ -19,7 +19,7 @@ mod tool;
 pub use body::{
     Body, Form, ImageFile, PointFile, Sampling, SurfelSettings, SurfelSpacing, SurfelTarget, Target,
 };
-pub use check::{DidYouMean, Fault, nearest};
+pub use check::{Checks, DidYouMean, Fault, nearest};
 pub use contact::{Between, BodyContact, Touching};
 pub use event::{Capture, Cut, Gravity, Support, SupportMotion};
 pub use material::Inclusion;

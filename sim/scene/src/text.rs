@@ -18,7 +18,7 @@ mod values;
 mod tests;
 
 pub use embedded::{EMBEDDED, Embedded};
-pub use error::{OverrideError, Place, SceneError, TextError};
+pub use error::{OverrideError, Place, TextError};
 pub use file::{read_file, read_text};
 pub use key_path::{KeyPath, Segment};
 #[cfg(feature = "schemars")]

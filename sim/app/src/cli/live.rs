@@ -9,7 +9,7 @@ use phyxel_live::{Server, ServerError};
 use phyxel_scene::Override;
 
 use super::source::Source;
-use super::{CliError, Overrides};
+use super::{CliError, Overrides, say};
 use crate::live::{LiveOptions, Sources, serve};
 use crate::output::Interrupt;
 use crate::run::pool;
@@ -41,18 +41,14 @@ pub(super) fn live(arguments: &LiveArguments) -> Result<(), CliError> {
     let source = Source::of(arguments.scene.as_deref())?;
     let (scene, note) = source.scene(&overrides)?;
     if let Some(note) = note {
-        writeln!(io::stderr(), "{note}").map_err(CliError::Stderr)?;
+        say(&note)?;
     }
     let program = concat!("phyxel ", env!("CARGO_PKG_VERSION"));
     let server = Server::start(arguments.port, program)?;
     let url = server.url()?;
     writeln!(io::stdout(), "{url}")?;
     io::stdout().flush()?;
-    writeln!(
-        io::stderr(),
-        "the address is good once; Enter prints another, Ctrl-C ends"
-    )
-    .map_err(CliError::Stderr)?;
+    say("the address is good once; Enter prints another, Ctrl-C ends")?;
     if arguments.open {
         open(&url);
     }

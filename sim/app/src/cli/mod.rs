@@ -19,7 +19,7 @@ use clap::{Args, Parser, Subcommand};
 use crate::output::{CheckpointError, InputFileError, OutputError};
 use crate::run::RunError;
 use crate::sweep::SweepError;
-use phyxel_scene::{Place, SceneError};
+use phyxel_scene::{Place, TextError};
 
 /// Point-based surgical simulation: runs scenes in which soft bodies deform and are cut.
 #[derive(Debug, Parser)]
@@ -60,7 +60,7 @@ struct Overrides {
 }
 
 impl Overrides {
-    fn parse(&self) -> Result<Vec<phyxel_scene::Override>, SceneError> {
+    fn parse(&self) -> Result<Vec<phyxel_scene::Override>, TextError> {
         self.set
             .iter()
             .map(|text| Ok(phyxel_scene::Override::parse(text)?))
@@ -72,7 +72,7 @@ impl Overrides {
 #[derive(Debug, thiserror::Error)]
 enum CliError {
     #[error(transparent)]
-    Scene(#[from] SceneError),
+    Scene(#[from] TextError),
     #[error(transparent)]
     Source(#[from] source::SourceError),
     #[error(transparent)]
@@ -123,16 +123,16 @@ enum CliError {
 
 /// A text for a terminal: what a file may hold of control characters is shown and not obeyed.
 pub(crate) fn printable(text: &str) -> String {
-    let shown = |c: char| c == '\n' || !c.is_control();
-    let mut out = String::with_capacity(text.len());
-    for character in text.chars() {
-        if shown(character) {
-            out.push(character);
-        } else {
-            out.extend(character.escape_default());
-        }
-    }
-    out
+    let shown = |c: char| match c.is_control() && c != '\n' {
+        true => c.escape_default().to_string(),
+        false => c.to_string(),
+    };
+    text.chars().map(shown).collect()
+}
+
+/// Writes a line for people on stderr.
+fn say(line: &str) -> Result<(), CliError> {
+    writeln!(io::stderr(), "{}", printable(line)).map_err(CliError::Stderr)
 }
 
 /// Runs the program with the arguments it was started with.

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::source::Source;
-use super::{CliError, Overrides, printable};
+use super::{CliError, Overrides, say};
 use crate::output::{Interrupt, read_checkpoint, read_input};
 use crate::run::{RunError, RunOptions, replay, resume, run as run_scene, table};
 use phyxel_scene::Override;
@@ -75,7 +75,7 @@ pub(super) fn run(argument: Option<&OsStr>, flags: &RunFlags) -> Result<(), CliE
         let source = Source::of(argument)?;
         let (scene, note) = source.scene(&overrides)?;
         if let Some(note) = note.filter(|_| !flags.quiet) {
-            writeln!(io::stderr(), "{}", printable(&note)).map_err(CliError::Stderr)?;
+            say(&note)?;
         }
         let folder = || PathBuf::from("out").join(&scene.name);
         options.out = flags.out.clone().unwrap_or_else(folder);
@@ -91,8 +91,7 @@ pub(super) fn run(argument: Option<&OsStr>, flags: &RunFlags) -> Result<(), CliE
         })?
     };
     if !flags.quiet {
-        let table = printable(&table(&summary, &options.out));
-        write!(io::stderr(), "{table}").map_err(CliError::Stderr)?;
+        say(table(&summary, &options.out).trim_end())?;
     }
     if flags.json {
         let text = serde_json::to_string(&summary)?;

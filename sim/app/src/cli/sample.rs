@@ -1,6 +1,5 @@
 //! `phyxel sample`.
 
-use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -10,7 +9,7 @@ use phyxel_discretize::{
     SampleTarget, Shape, SolidError, ply_mesh, sample_points, sample_tetrahedra,
 };
 
-use super::{CliError, printable};
+use super::{CliError, say};
 use crate::output::OutputFolder;
 
 /// Number of nodes where neither spacing nor number is given.
@@ -99,8 +98,7 @@ pub(super) fn sample(arguments: &SampleArguments) -> Result<(), CliError> {
     let name = out.file_name().unwrap_or_default();
     folder.write(name, &content)?;
     if !arguments.quiet {
-        let name = printable(&out.display().to_string());
-        writeln!(io::stderr(), "{reports}{name}").map_err(CliError::Stderr)?;
+        say(&format!("{reports}{}", out.display()))?;
     }
     Ok(())
 }

@@ -8,7 +8,7 @@ use phyxel_discretize::{
     Primitive, ReadError, RepairError, RepairSettings, Solid, read_mesh, repair,
 };
 
-use phyxel_scene::{EMBEDDED, Override, SceneError, Syntax, TextError, place_of, read_text};
+use phyxel_scene::{EMBEDDED, Override, Syntax, TextError, place_of, read_text};
 
 use crate::picture::PictureError;
 use crate::run::RunError;
@@ -126,15 +126,13 @@ impl Source {
 /// The default scene of a mesh, and how its unit was understood.
 fn mesh_scene(file: &Path, overrides: &[Override]) -> Result<(Scene, String), CliError> {
     // A change that fits no scene is told first, whatever the mesh is.
-    let told = |error: SourceError| {
-        let half_extents = DVec3::splat(0.1);
-        let stand_in = Solid::from(Primitive::Box { half_extents });
-        match phyxel_scene::for_mesh(file, &stand_in, overrides) {
-            Err(SceneError::Text(TextError::Override(wrong))) => SceneError::from(wrong).into(),
-            _ => CliError::from(error),
-        }
-    };
-    let read = read_mesh(file).map_err(|error| told(SourceError::Mesh(error)))?;
+    let half_extents = DVec3::splat(0.1);
+    let stand_in = Solid::from(Primitive::Box { half_extents });
+    if let Err(wrong @ TextError::Override(_)) = phyxel_scene::for_mesh(file, &stand_in, overrides)
+    {
+        return Err(wrong.into());
+    }
+    let read = read_mesh(file).map_err(SourceError::from)?;
     let settings = RepairSettings {
         // The run looks for them itself.
         find_self_intersections: false,
@@ -142,11 +140,9 @@ fn mesh_scene(file: &Path, overrides: &[Override]) -> Result<(Scene, String), Cl
             .unwrap_or(RepairSettings::default().largest_hole),
         ..RepairSettings::default()
     };
-    let (mesh, _) = repair(&read.mesh, &settings).map_err(|problem| {
-        told(SourceError::Solid {
-            file: file.to_owned(),
-            problem,
-        })
+    let (mesh, _) = repair(&read.mesh, &settings).map_err(|problem| SourceError::Solid {
+        file: file.to_owned(),
+        problem,
     })?;
     let (scene, unit) = phyxel_scene::for_mesh(file, &Solid::from_mesh(mesh), overrides)?;
     let note = match unit {

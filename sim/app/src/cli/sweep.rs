@@ -1,7 +1,7 @@
 //! `phyxel sweep`.
 
 use std::ffi::OsString;
-use std::io::{self, Write};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use clap::Args;
 
 use super::source::Source;
-use super::{CliError, printable};
+use super::{CliError, say};
 use crate::output::{Interrupt, OutputError, OutputFolder};
 use crate::run::machine_threads;
 use crate::sweep::{
@@ -79,8 +79,7 @@ pub(super) fn sweep(arguments: &SweepArguments) -> Result<(), CliError> {
     }
     for outcome in &tally.failed {
         let error = outcome.error.as_deref().unwrap_or_default();
-        let line = format!("case {} failed: {error}", outcome.case);
-        writeln!(io::stderr(), "{}", printable(&line)).map_err(CliError::Stderr)?;
+        say(&format!("case {} failed: {error}", outcome.case))?;
     }
     Err(CliError::CasesFailed {
         failed: tally.failed.len(),
@@ -104,10 +103,7 @@ fn scene(plan: &Plan) -> Result<Scene, CliError> {
 }
 
 fn tell(arguments: &SweepArguments, line: &str) -> Result<(), CliError> {
-    if arguments.quiet {
-        return Ok(());
-    }
-    writeln!(io::stderr(), "{}", printable(line)).map_err(CliError::Stderr)
+    if arguments.quiet { Ok(()) } else { say(line) }
 }
 
 /// Runs one case in this process.

@@ -21,7 +21,7 @@ use crate::picture::{Painter, PictureError};
 use crate::run::RunState;
 use phyxel::scene::{Pose, Scene, Settle};
 use phyxel::{Action, CutPiece, Input, InputError, StrokePhase, World, WorldError};
-use phyxel_scene::SceneError;
+use phyxel_scene::TextError;
 use phyxel_splat::{DrawnTissue, SurfaceChange};
 
 /// Distance (node spacings) of a blade between two captures: half of a tetrahedron, as finely as a cut
@@ -38,7 +38,7 @@ pub(super) const SAVED: [&str; 4] = ["scene.ron", "input.csv", "state.checkpoint
 pub enum SessionError {
     /// The scene does not fit.
     #[error(transparent)]
-    Scene(#[from] SceneError),
+    Scene(#[from] TextError),
     /// The world cannot be built, or a step failed.
     #[error(transparent)]
     World(#[from] WorldError),

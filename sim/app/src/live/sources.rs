@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use phyxel::scene::Scene;
-use phyxel_scene::{EMBEDDED, SceneError};
+use phyxel_scene::{EMBEDDED, TextError};
 
 /// Reads the default scene of a mesh file, with so many metres per unit of it or as its size suggests; the words of a
 /// failure are for people.
@@ -48,7 +48,7 @@ impl Sources {
     }
 
     /// The scene of a name.
-    pub(super) fn scene(&self, name: &str) -> Result<Scene, SceneError> {
+    pub(super) fn scene(&self, name: &str) -> Result<Scene, TextError> {
         match self.find(name) {
             Some((scene, _)) => Ok(scene.clone()),
             None => phyxel_scene::embedded(name, &[]),

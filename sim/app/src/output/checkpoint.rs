@@ -11,7 +11,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use phyxel::scene::Scene;
-use phyxel_scene::{Override, SceneError, read_file};
+use phyxel_scene::{Override, TextError, read_file};
 
 use super::folder::{OutputError, OutputFolder};
 use CheckpointFault as Fault;
@@ -65,7 +65,7 @@ pub enum CheckpointError {
     },
     /// The scene inside is not valid (any more): its mesh may have gone.
     #[error(transparent)]
-    Scene(#[from] SceneError),
+    Scene(#[from] TextError),
 }
 
 /// Writes a checkpoint as the file `name` of `folder`; the one before stays until this is whole.

@@ -126,11 +126,7 @@ impl Movie {
         {
             small.push(frame.halved());
             if small.len() > KEPT {
-                let mut index = 0;
-                small.retain(|_| {
-                    index += 1;
-                    index % 2 == 1
-                });
+                *small = std::mem::take(small).into_iter().step_by(2).collect();
                 self.place.stride *= 2;
             }
         }

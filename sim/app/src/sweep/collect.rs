@@ -3,12 +3,12 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use phyxel_scene::{KeyPath, Segment};
+use phyxel_scene::{Fault, KeyPath, Segment};
 use serde_json::{Number, Value};
 
 use super::SweepError;
 use super::case::Case;
-use super::plan::{Plan, ResultColumn};
+use super::plan::{Plan, ResultColumn, quoted};
 use super::statistics::{SHARES, quantiles};
 use crate::output::OutputFolder;
 use crate::run::csv_row;
@@ -170,9 +170,11 @@ fn demand(plan: &Plan, rows: &[Row<'_>]) -> Result<(), SweepError> {
                 ("column", column.clone(), must)
             }
         };
-        let path = format!("results[{index}].{key}");
-        plan.source
-            .require(false, &path, format!("'{found}'"), &must)?;
+        return Err(plan.source.at(Fault {
+            path: format!("results[{index}].{key}"),
+            found: quoted(&found),
+            must,
+        }));
     }
     Ok(())
 }

@@ -7,8 +7,8 @@ use serde::Deserialize;
 
 use super::SweepError;
 use phyxel_scene::{
-    KeyPath, Override, OverrideError, Place, Raw, Syntax, TextError, parse, place_of,
-    read_settings, shortened,
+    Checks, Fault, KeyPath, Override, OverrideError, Place, Raw, Syntax, TextError, parse,
+    place_of, read_settings, shortened,
 };
 
 /// The version of plans that this program reads.
@@ -228,15 +228,12 @@ impl Plan {
         };
         let origin = file.display().to_string();
         let mut plan: Self = parse(text, Syntax::Ron, &origin, WHOLE)?;
-        let (version, must) = (
-            plan.version,
-            format!("this program reads version {VERSION}"),
-        );
-        source.require(version == VERSION, "version", version, &must)?;
         plan.scene = scene_path(&plan.scene, file);
         plan.source = source;
-        plan.validate()?;
-        Ok(plan)
+        match plan.validate() {
+            Ok(()) => Ok(plan),
+            Err(fault) => Err(plan.source.at(fault)),
+        }
     }
 
     /// Name of the plan's file, without folder and ending.
@@ -246,24 +243,24 @@ impl Plan {
             .into_owned()
     }
 
-    fn validate(&self) -> Result<(), SweepError> {
-        let source = &self.source;
+    fn validate(&self) -> Result<(), Fault> {
+        let mut checks = Checks::default();
+        let must = format_args!("this program reads version {VERSION}");
+        checks.require(self.version == VERSION, "version", self.version, must);
         let must = "name a key of the scene that changes from case to case";
-        source.require(!self.keys.is_empty(), "keys", "[]", must)?;
+        checks.require(!self.keys.is_empty(), "keys", "[]", must);
         let mut names: BTreeSet<String> = RESERVED.map(str::to_owned).into();
-        let mut column = |path: &str, name: &str| {
+        let mut column = |checks: &mut Checks, name: &str| {
             let is_new = names.insert(name.to_owned());
             let must = "another column is called so; give each a name of its own";
-            source.require(is_new, &format!("{path}.name"), quoted(name), must)
+            checks.require(is_new, "name", quoted(name), must);
         };
-        for (index, key) in self.keys.iter().enumerate() {
-            let path = format!("keys[{index}]");
-            self.key(&path, key)?;
-            column(&path, key.name())?;
-        }
-        for (index, result) in self.results.iter().enumerate() {
-            let path = format!("results[{index}]");
-            column(&path, &result.name())?;
+        checks.each("keys", &self.keys, |checks, key| {
+            self.key(checks, key);
+            column(checks, key.name());
+        });
+        checks.each("results", &self.results, |checks, result| {
+            column(checks, &result.name());
             let (fits, key, found, must) = match result {
                 ResultColumn::Summary { path, .. } => {
                     let must = "it must be a path such as bodies[0].energy.elastic";
@@ -276,42 +273,45 @@ impl Plan {
                     (fits, "file", file, must)
                 }
             };
-            source.require(fits, &format!("{path}.{key}"), quoted(found), must)?;
-        }
+            checks.require(fits, key, quoted(found), must);
+        });
         let count = self.case_count();
         let fits = (1..=MOST_CASES).contains(&count);
-        let must = format!("a sweep has from 1 to {MOST_CASES}");
-        source.require(fits, "design", format!("one of {count} cases"), &must)
+        let must = format_args!("a sweep has from 1 to {MOST_CASES}");
+        checks.require(fits, "design", format_args!("one of {count} cases"), must);
+        checks.first()
     }
 
-    fn key(&self, path: &str, key: &SweptKey) -> Result<(), SweepError> {
-        let source = &self.source;
-        for (at, text) in std::iter::once(&key.key).chain(&key.also).enumerate() {
-            let here = at.checked_sub(1);
-            let here = here.map_or(format!("{path}.key"), |at| format!("{path}.also[{at}]"));
+    fn key(&self, checks: &mut Checks, key: &SweptKey) {
+        let mut path = |at: &str, text: &str| {
             let fits = KeyPath::parse(text).is_some();
             let must = "it must be a key path of the scene, such as bodies[0].material.density";
-            source.require(fits, &here, quoted(text), must)?;
+            checks.require(fits, at, quoted(text), must);
+        };
+        path("key", &key.key);
+        for (index, text) in key.also.iter().enumerate() {
+            path(&format!("also[{index}]"), text);
         }
-        let (fits, here) = (key.write.contains("{}"), format!("{path}.write"));
         let must = "it must hold {} where the value goes, such as \"Nodes({})\"";
-        source.require(fits, &here, quoted(&key.write), must)?;
-        let values = format!("{path}.values");
+        let fits = key.write.contains("{}");
+        checks.require(fits, "write", quoted(&key.write), must);
         match (&key.values, self.design) {
             (Values::Of(list), design) => {
-                let (count, must) = (list.len(), "give one value at least");
-                source.require(count > 0, &values, "Of([])", must)?;
+                let count = list.len();
+                checks.require(count > 0, "values", "Of([])", "give one value at least");
                 let first = self.keys[0].values.listed().len();
                 let fits = design != Design::List || count == first;
-                let must = format!("in a List every key has as many values as the first, {first}");
-                source.require(fits, &values, format!("a list of {count}"), &must)
+                let found = format_args!("a list of {count}");
+                let must =
+                    format_args!("in a List every key has as many values as the first, {first}");
+                checks.require(fits, "values", found, must);
             }
             (Values::Uniform(low, high) | Values::LogUniform(low, high), design) => {
                 let found = format!("from {low} to {high}");
                 let fits = matches!(design, Design::LatinHypercube { .. });
                 let must =
                     "only a LatinHypercube draws from ranges; a List and a Grid take Of([..])";
-                source.require(fits, &values, &found, must)?;
+                checks.require(fits, "values", &found, must);
                 let log = matches!(key.values, Values::LogUniform(..));
                 let fits = low < high && low.is_finite() && high.is_finite();
                 let must = if log {
@@ -319,7 +319,7 @@ impl Plan {
                 } else {
                     "the first must be below the second"
                 };
-                source.require(fits && (!log || *low > 0.0), &values, found, must)
+                checks.require(fits && (!log || *low > 0.0), "values", found, must);
             }
         }
     }
@@ -343,28 +343,19 @@ impl Source {
         place_of(path, &self.text, Syntax::Ron, &origin, &[])
     }
 
-    pub(crate) fn require(
-        &self,
-        fits: bool,
-        path: &str,
-        found: impl std::fmt::Display,
-        must: &str,
-    ) -> Result<(), SweepError> {
-        if fits {
-            return Ok(());
-        }
-        let found = shortened(&found.to_string());
-        Err(TextError::At {
-            place: self.place(path),
-            path: path.to_owned(),
-            problem: format!("{path} is {found}; {must}"),
-        }
-        .into())
+    /// A fault of the plan where it stands.
+    pub(crate) fn at(&self, fault: Fault) -> SweepError {
+        let error = TextError::At {
+            place: self.place(&fault.path),
+            problem: fault.to_string(),
+            path: fault.path,
+        };
+        error.into()
     }
 }
 
-fn quoted(text: &str) -> String {
-    format!("'{text}'")
+pub(super) fn quoted(text: &str) -> String {
+    format!("'{}'", shortened(text))
 }
 
 /// The scene as seen from the plan's folder; a name without ending that is no file is an embedded one.

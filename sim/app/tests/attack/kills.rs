@@ -1,9 +1,10 @@
 //! Runs killed at any moment: resuming gives what a run gives that nothing disturbed, bit for bit.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use crate::scenes::leftovers;
+use crate::scenes::{entries, leftovers};
 use crate::watch;
 use testkit::cloud::Random;
 
@@ -61,39 +62,29 @@ pub(crate) fn case(whole: &Whole, folder: &Path, random: &mut Random) -> Option<
 
 /// The first file that is not as in the other folder.
 fn differs(one: &Path, other: &Path) -> Option<String> {
-    let names = |folder: &Path| {
-        let entries = std::fs::read_dir(folder).unwrap().flatten();
-        let mut names: Vec<_> = entries.map(|entry| entry.file_name()).collect();
-        names.sort();
-        names
+    let names = |folder: &Path| -> BTreeSet<PathBuf> {
+        let name = |path: PathBuf| path.strip_prefix(folder).unwrap().to_owned();
+        entries(folder).into_iter().map(name).collect()
     };
-    if names(one) != names(other) {
-        return Some(format!("{:?} and not {:?}", names(other), names(one)));
+    let (expected, found) = (names(one), names(other));
+    if expected != found {
+        return Some(format!("{found:?} and not {expected:?}"));
     }
-    for name in names(one) {
-        let (a, b) = (one.join(&name), other.join(&name));
-        if a.is_dir() {
-            if let Some(fault) = differs(&a, &b) {
-                return Some(fault);
-            }
-            continue;
-        }
-        // The wall time of the runs before is in the checkpoint.
-        if name == "state.checkpoint" {
-            continue;
-        }
-        let read = |path: &Path| {
-            let bytes = std::fs::read(path).unwrap();
-            if name != "summary.json" {
-                return bytes;
-            }
-            let mut json: serde_json::Value = serde_json::from_slice(&bytes).unwrap();
-            json.as_object_mut().unwrap().remove("timings");
-            json.to_string().into_bytes()
-        };
-        if read(&a) != read(&b) {
-            return Some(format!("{} differs", b.display()));
-        }
+    // The wall time of the runs before is in the checkpoint.
+    let mut files = found
+        .iter()
+        .filter(|name| one.join(name).is_file() && name.as_path() != Path::new("state.checkpoint"));
+    let differs = files.find(|name| content(&one.join(name)) != content(&other.join(name)));
+    differs.map(|name| format!("{} differs", name.display()))
+}
+
+/// What a file holds, but for times in a summary.
+fn content(file: &Path) -> Vec<u8> {
+    let bytes = std::fs::read(file).unwrap();
+    if !file.ends_with("summary.json") {
+        return bytes;
     }
-    None
+    let mut json: serde_json::Value = serde_json::from_slice(&bytes).unwrap();
+    json.as_object_mut().unwrap().remove("timings");
+    json.to_string().into_bytes()
 }

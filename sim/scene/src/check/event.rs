@@ -6,64 +6,53 @@ use super::suggest::{DidYouMean, nearest};
 use super::{Checks, SCALE, triple};
 use crate::{Body, Capture, Cut, Key, Scene, Support, SupportMotion, Tool};
 
-pub(super) fn support(checks: &mut Checks, path: &str, support: &Support, bodies: &[Body]) {
-    let of = |field: &str| format!("{path}.{field}");
-    let body = support.body.as_deref();
-    body_name(checks, &of("body"), body, bodies);
-    region(checks, &of("region"), &support.region);
-    if let SupportMotion::Driven { path: keys } = &support.motion {
-        keys_in_order(checks, &of("motion.path"), keys, 1);
+pub(super) fn support(checks: &mut Checks, support: &Support, bodies: &[Body]) {
+    body_name(checks, "body", support.body.as_deref(), bodies);
+    checks.group("region", |checks| region(checks, &support.region));
+    if let SupportMotion::Driven { path } = &support.motion {
+        keys_in_order(checks, "motion.path", path, 1);
     }
 }
 
-pub(super) fn tool(checks: &mut Checks, path: &str, tool: &Tool, bodies: &[Body]) {
-    let of = |field: &str| format!("{path}.{field}");
-    let body = tool.body.as_deref();
-    body_name(checks, &of("body"), body, bodies);
-    tool_shape(checks, &of("shape"), &tool.shape);
+pub(super) fn tool(checks: &mut Checks, tool: &Tool, bodies: &[Body]) {
+    body_name(checks, "body", tool.body.as_deref(), bodies);
+    checks.group("shape", |checks| tool_shape(checks, &tool.shape));
     if let Some(looks) = &tool.looks {
-        rigid(checks, &of("looks"), looks);
+        checks.group("looks", |checks| rigid(checks, looks));
     }
-    checks.finite(of("position"), tool.position);
-    checks.positive(of("scale"), tool.scale, SCALE);
-    let keys = of("path");
-    keys_in_order(checks, &keys, &tool.path, 0);
-    checks.not_negative(of("friction"), tool.friction, "");
-    if let Some(penalty) = tool.penalty {
-        checks.positive(of("penalty"), penalty, " (N/m^3)");
-    }
+    checks.finite("position", tool.position);
+    checks.positive("scale", tool.scale, SCALE);
+    keys_in_order(checks, "path", &tool.path, 0);
+    checks.not_negative("friction", tool.friction, "");
+    checks.positive("penalty", tool.penalty, " (N/m^3)");
     let Some(release) = &tool.release else {
         return;
     };
-    checks.positive(of("release.mass"), release.mass, " (kg)");
-    checks.finite(of("release.force"), release.force);
-    checks.not_negative(of("release.damping"), release.damping, " (1/s)");
+    checks.positive("release.mass", release.mass, " (kg)");
+    checks.finite("release.force", release.force);
+    checks.not_negative("release.damping", release.damping, " (1/s)");
     let found = format_args!("{} keys", tool.path.len());
     let must = "a tool that is released has one key at most, the position where it is released";
-    checks.require(tool.path.len() <= 1, keys, found, must);
+    checks.require(tool.path.len() <= 1, "path", found, must);
     let fits = tool.body.is_some() || bodies.len() == 1;
     let found = format_args!("a tool that touches {} bodies", bodies.len());
-    let must = format_args!("a released tool touches one body; name it in {path}.body");
-    checks.require(fits, of("release"), found, must);
+    let named = checks.path("body");
+    let must = format_args!("a released tool touches one body; name it in {named}");
+    checks.require(fits, "release", found, must);
 }
 
-pub(super) fn cut(checks: &mut Checks, path: &str, cut: &Cut, scene: &Scene) {
-    let of = |field: &str| format!("{path}.{field}");
-    let body = cut.body.as_deref();
-    body_name(checks, &of("body"), body, &scene.bodies);
-    let (edge, found) = (of("edge"), format_args!("{} points", cut.edge.len()));
+pub(super) fn cut(checks: &mut Checks, cut: &Cut, scene: &Scene) {
+    body_name(checks, "body", cut.body.as_deref(), &scene.bodies);
+    let found = format_args!("{} points", cut.edge.len());
     let must = "a blade's edge needs two points at least";
-    checks.require(cut.edge.len() >= 2, &edge, found, must);
-    for (index, &point) in cut.edge.iter().enumerate() {
-        checks.finite(format_args!("{edge}[{index}]"), point);
-    }
+    checks.require(cut.edge.len() >= 2, "edge", found, must);
+    checks.each("edge", &cut.edge, |checks, &point| checks.finite("", point));
     for (index, pair) in cut.edge.windows(2).enumerate() {
-        let path = format_args!("{edge}[{}]", index + 1);
+        let path = format_args!("edge[{}]", index + 1);
         let must = "it equals the point before it";
         checks.require(pair[0] != pair[1], path, triple(pair[1]), must);
     }
-    let keys = &of("path");
-    keys_in_order(checks, keys, &cut.path, 2);
+    keys_in_order(checks, "path", &cut.path, 2);
     let duration = scene.integration.duration;
     let (first, last) = match cut.path.as_slice() {
         [first, .., last] => (first.time, last.time),
@@ -71,26 +60,20 @@ pub(super) fn cut(checks: &mut Checks, path: &str, cut: &Cut, scene: &Scene) {
     };
     // A scene that only settles has no time for any cut: a recording of one that was saved then.
     let fits = duration == 0.0 || last <= duration;
-    let end = format_args!("{keys}[{}].time", cut.path.len().saturating_sub(1));
+    let end = format_args!("path[{}].time", cut.path.len().saturating_sub(1));
     let must = format_args!("the scene ends at integration.duration, {duration} s");
     checks.require(fits, end, last, must);
-    let capture = of("capture");
     let (name, value, such_as, count) = match cut.capture {
         Capture::Rate(rate) => ("Rate", rate, " (1/s), such as 60", rate * (last - first)),
         Capture::Distance(far) => ("Distance", far, " (m), such as 0.002", cut.way() / far),
         // How many these make is known once the nodes are.
         Capture::Spacing(share) => ("Spacing", share, ", such as 0.15", 0.0),
     };
-    let fits = value.is_finite() && value > 0.0;
-    let found = format!("{name}({value:?})");
-    let must = format_args!("it must be above 0{such_as}");
-    checks.require(fits, &capture, &found, must);
-    let most = Capture::MOST;
+    checks.above_zero("capture", name, value, such_as);
+    let (found, most) = (format_args!("{name}({value:?})"), Capture::MOST);
     let must = format_args!("it makes {count:.2e} captures; the limit is {most:.0e}");
-    checks.require(count <= most, &capture, found, must);
-    if let Some(tolerance) = cut.weld_tolerance {
-        checks.not_negative(of("weld_tolerance"), tolerance, " (m)");
-    }
+    checks.require(count <= most, "capture", found, must);
+    checks.not_negative("weld_tolerance", cut.weld_tolerance, " (m)");
 }
 
 /// A body that is named must be there.
@@ -107,19 +90,18 @@ pub(super) fn body_name(checks: &mut Checks, path: &str, name: Option<&str>, bod
 }
 
 /// Keys of a path, `fewest` at least, must be finite and follow each other.
-pub(super) fn keys_in_order(checks: &mut Checks, path: &str, keys: &[Key], fewest: usize) {
+fn keys_in_order(checks: &mut Checks, path: &str, keys: &[Key], fewest: usize) {
     let found = format_args!("{} keys", keys.len());
     let must = format_args!("it needs {fewest} at least, such as (time: 0, position: (0, 0, 0))");
     checks.require(keys.len() >= fewest, path, found, must);
-    for (index, key) in keys.iter().enumerate() {
-        let of = |name: &str| format!("{path}[{index}].{name}");
-        checks.not_negative(of("time"), key.time, " (s after settling)");
-        checks.finite(of("position"), key.position);
-        checks.finite(of("rotation"), key.rotation);
-    }
+    checks.each(path, keys, |checks, key| {
+        checks.not_negative("time", key.time, " (s after settling)");
+        checks.finite("position", key.position);
+        checks.finite("rotation", key.rotation);
+    });
     for (index, pair) in keys.windows(2).enumerate() {
         let [before, after] = [pair[0].time, pair[1].time];
-        let path = format!("{path}[{}].time", index + 1);
+        let path = format_args!("{path}[{}].time", index + 1);
         let must = format_args!("it must be later than the key before, at {before} s");
         checks.require(before < after, path, after, must);
     }

@@ -1,21 +1,20 @@
 //! Shapes of bodies and tools, and parts of space.
 
-use super::file::{existing_file, scale};
+use super::file::{UNIT, existing_file};
 use super::{Checks, triple};
 use crate::{Refinement, Region, Shape, ToolShape};
 
-pub(super) fn shape(checks: &mut Checks, path: &str, shape: &Shape) {
-    let of = |field: &str| format!("{path}.{field}");
+pub(super) fn shape(checks: &mut Checks, shape: &Shape) {
     match shape {
         Shape::Liver { width } => {
-            checks.positive(of("width"), *width, " (m), such as 0.166 for 1.2 litres");
+            checks.positive("width", *width, " (m), such as 0.166 for 1.2 litres");
         }
-        Shape::Box { size } => checks.lengths(&of("size"), *size),
-        Shape::Ellipsoid { radii } => checks.lengths(&of("radii"), *radii),
+        Shape::Box { size } => checks.lengths("size", *size),
+        Shape::Ellipsoid { radii } => checks.lengths("radii", *radii),
         Shape::Capsule { from, to, radius } => {
-            checks.finite(of("from"), *from);
-            checks.finite(of("to"), *to);
-            checks.positive(of("radius"), *radius, " (m)");
+            checks.finite("from", *from);
+            checks.finite("to", *to);
+            checks.positive("radius", *radius, " (m)");
         }
         Shape::Tube {
             from,
@@ -23,69 +22,66 @@ pub(super) fn shape(checks: &mut Checks, path: &str, shape: &Shape) {
             inner_radius,
             outer_radius,
         } => {
-            checks.finite(of("from"), *from);
-            checks.finite(of("to"), *to);
+            checks.finite("from", *from);
+            checks.finite("to", *to);
             let must = "it must differ from 'from', the other end of the axis";
-            checks.require(from != to, of("to"), triple(*to), must);
-            checks.positive(of("inner_radius"), *inner_radius, " (m)");
+            checks.require(from != to, "to", triple(*to), must);
+            checks.positive("inner_radius", *inner_radius, " (m)");
             let fits = outer_radius.is_finite() && outer_radius > inner_radius;
             let must = format_args!("it must be above the inner radius, {inner_radius} m");
-            checks.require(fits, of("outer_radius"), outer_radius, must);
+            checks.require(fits, "outer_radius", outer_radius, must);
         }
         Shape::Mesh {
             file,
-            scale: unit,
+            scale,
             largest_hole,
             ..
         } => {
-            scale(checks, &of("scale"), *unit);
+            checks.positive("scale", *scale, UNIT);
             let hint = " (a fraction of the box's diagonal)";
-            checks.not_negative(of("largest_hole"), *largest_hole, hint);
-            existing_file(checks, &of("file"), file, "a mesh file");
+            checks.not_negative("largest_hole", *largest_hole, hint);
+            existing_file(checks, file, "a mesh file");
         }
     }
 }
 
-pub(super) fn refinement(checks: &mut Checks, path: &str, refined: &Refinement) {
-    let of = |field: &str| format!("{path}.{field}");
-    checks.finite(of("from"), refined.from);
-    checks.finite(of("to"), refined.to);
-    checks.not_negative(of("radius"), refined.radius, " (m)");
+pub(super) fn refinement(checks: &mut Checks, refined: &Refinement) {
+    checks.finite("from", refined.from);
+    checks.finite("to", refined.to);
+    checks.not_negative("radius", refined.radius, " (m)");
     let must = "it must be from 1/32 to 1, such as 0.5 for half the distance";
-    checks.within(of("factor"), refined.factor, 1.0 / 32.0..=1.0, must);
+    checks.within("factor", refined.factor, 1.0 / 32.0..=1.0, must);
 }
 
-pub(super) fn tool_shape(checks: &mut Checks, path: &str, shape: &ToolShape) {
-    let of = |field: &str| format!("{path}.{field}");
+pub(super) fn tool_shape(checks: &mut Checks, shape: &ToolShape) {
     match *shape {
-        ToolShape::Sphere { radius } => checks.positive(of("radius"), radius, " (m)"),
-        ToolShape::Plane { normal } => checks.direction(of("normal"), normal),
+        ToolShape::Sphere { radius } => checks.positive("radius", radius, " (m)"),
+        ToolShape::Plane { normal } => checks.direction("normal", normal),
         ToolShape::Capsule { from, to, radius } => {
-            checks.finite(of("from"), from);
-            checks.finite(of("to"), to);
-            checks.positive(of("radius"), radius, " (m)");
+            checks.finite("from", from);
+            checks.finite("to", to);
+            checks.positive("radius", radius, " (m)");
         }
-        ToolShape::Box { size } => checks.lengths(&of("size"), size),
+        ToolShape::Box { size } => checks.lengths("size", size),
     }
 }
 
-pub(super) fn region(checks: &mut Checks, path: &str, region: &Region) {
-    let of = |field: &str| format!("{path}.{field}");
+pub(super) fn region(checks: &mut Checks, region: &Region) {
     match *region {
         Region::HalfSpace { point, normal } => {
-            checks.finite(of("point"), point);
-            checks.direction(of("normal"), normal);
+            checks.finite("point", point);
+            checks.direction("normal", normal);
         }
         Region::Box { min, max } => {
-            checks.finite(of("min"), min);
-            checks.finite(of("max"), max);
+            checks.finite("min", min);
+            checks.finite("max", max);
             let (fits, low) = (min.cmple(max).all(), triple(min));
             let must = format_args!("each of its numbers must be at least that of min, {low}");
-            checks.require(fits, of("max"), triple(max), must);
+            checks.require(fits, "max", triple(max), must);
         }
         Region::Sphere { center, radius } => {
-            checks.finite(of("center"), center);
-            checks.positive(of("radius"), radius, " (m)");
+            checks.finite("center", center);
+            checks.positive("radius", radius, " (m)");
         }
     }
 }

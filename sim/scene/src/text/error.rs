@@ -11,6 +11,16 @@ use crate::{DidYouMean, nearest};
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum TextError {
+    /// No embedded scene has this name.
+    #[error(
+        "no embedded scene is called '{name}'{}; there is {}",
+        DidYouMean(nearest(.name, EMBEDDED.iter().map(|scene| scene.name))),
+        EMBEDDED.iter().map(|scene| scene.name).collect::<Vec<_>>().join(", ")
+    )]
+    NoSuchScene {
+        /// The name asked for.
+        name: String,
+    },
     /// The file cannot be read.
     #[error("{}: cannot read {whole}: {source}", file.display())]
     Read {
@@ -36,36 +46,11 @@ pub enum TextError {
     Override(#[from] OverrideError),
 }
 
-/// A scene that cannot be used.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum SceneError {
-    /// No embedded scene has this name.
-    #[error(
-        "no embedded scene is called '{name}'{}; there is {}",
-        DidYouMean(nearest(.name, EMBEDDED.iter().map(|scene| scene.name))),
-        EMBEDDED.iter().map(|scene| scene.name).collect::<Vec<_>>().join(", ")
-    )]
-    NoSuchScene {
-        /// The name asked for.
-        name: String,
-    },
-    /// The text or an override is not as it must be.
-    #[error(transparent)]
-    Text(#[from] TextError),
-}
-
-impl From<OverrideError> for SceneError {
-    fn from(error: OverrideError) -> Self {
-        Self::Text(error.into())
-    }
-}
-
-impl SceneError {
+impl TextError {
     /// The error without line and column, for a text that the reader does not have.
     #[must_use]
     pub fn without_position(mut self) -> Self {
-        if let Self::Text(TextError::At { place, .. }) = &mut self {
+        if let Self::At { place, .. } = &mut self {
             place.position = None;
         }
         self

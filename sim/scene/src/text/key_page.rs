@@ -19,8 +19,6 @@ pub(crate) struct KeyPage<'a> {
     /// Types that have a section already.
     pub(crate) told: Vec<String>,
     pub(crate) schema: &'a Value,
-    /// Keys that are left out of the tables of their types, which refer to the heading "Keys to compare with" instead.
-    pub(crate) compared: &'a [KeyRow],
 }
 
 impl<'a> KeyPage<'a> {
@@ -36,17 +34,6 @@ impl<'a> KeyPage<'a> {
         }
     }
 
-    /// Adds the sections of types that only the keys of these rows name.
-    pub(crate) fn types_of(&mut self, rows: &[KeyRow]) {
-        let mut named = Vec::new();
-        for (_, name, keys) in rows {
-            let properties = &self.definition(name)["properties"];
-            keys.iter()
-                .for_each(|key| self.references("", &properties[*key], &mut named));
-        }
-        self.sections(named);
-    }
-
     /// Sections of the types that are `named`, each followed by those that it is the first to name.
     pub(crate) fn sections(&mut self, mut named: Vec<String>) {
         named.reverse();
@@ -57,7 +44,7 @@ impl<'a> KeyPage<'a> {
             let definition = self.definition(&name);
             self.section(&name, definition);
             let mut next = Vec::new();
-            self.references(&name, definition, &mut next);
+            references(definition, &mut next);
             self.told.push(name);
             named.extend(next.into_iter().rev());
         }
@@ -91,15 +78,7 @@ impl<'a> KeyPage<'a> {
             choices.iter().for_each(|choice| self.choice_rows(choice));
         } else {
             self.push("\n| key | value | default | meaning |\n|---|---|---|---|\n");
-            self.key_rows(definition, name, "");
-            let compared =
-                properties(definition).filter(|(key, _)| is_compared(self.compared, name, key));
-            let compared: Vec<String> = compared.map(|(key, _)| format!("`{key}`")).collect();
-            if !compared.is_empty() {
-                let keys = compared.join(", ");
-                let see = "[to compare with](#keys-to-compare-with)";
-                self.push(format_args!("\nAnd {see}: {keys}.\n"));
-            }
+            self.key_rows(definition, "");
         }
     }
 
@@ -113,7 +92,7 @@ impl<'a> KeyPage<'a> {
         for (name, content) in properties(choice) {
             if content.get("properties").is_some() {
                 self.push(format_args!("| `{name}(..)` | | | {meaning} |\n"));
-                self.key_rows(content, "", "· ");
+                self.key_rows(content, "· ");
             } else {
                 let value = value_of(content);
                 self.push(format_args!("| `{name}(..)` | {value} | | {meaning} |\n"));
@@ -121,10 +100,8 @@ impl<'a> KeyPage<'a> {
         }
     }
 
-    fn key_rows(&mut self, definition: &Value, name: &str, indent: &str) {
-        let compared = self.compared;
-        let keys = properties(definition).filter(|(key, _)| !is_compared(compared, name, key));
-        for (key, content) in keys {
+    fn key_rows(&mut self, definition: &Value, indent: &str) {
+        for (key, content) in properties(definition) {
             self.key_row(definition, key, content, indent);
         }
     }
@@ -147,38 +124,23 @@ impl<'a> KeyPage<'a> {
         ));
     }
 
-    /// The types that `definition`, that of the type `owner`, names, in order; those of keys to compare with are
-    /// left out.
-    fn references(&self, owner: &str, definition: &Value, found: &mut Vec<String>) {
-        if let Some(name) = reference(definition) {
-            found.push(name.to_owned());
-        }
-        match definition {
-            Value::Object(keys) => {
-                let is_other = |key: &str| ["$defs", "default"].contains(&key);
-                for (key, value) in keys {
-                    if !is_other(key) && !is_compared(self.compared, owner, key) {
-                        self.references(owner, value, found);
-                    }
-                }
-            }
-            Value::Array(items) => {
-                items
-                    .iter()
-                    .for_each(|item| self.references(owner, item, found));
-            }
-            _ => {}
-        }
-    }
-
     pub(crate) fn push(&mut self, part: impl fmt::Display) {
         write!(self.page, "{part}").expect("a string takes all that is written to it");
     }
 }
 
-fn is_compared(compared: &[KeyRow], name: &str, key: &str) -> bool {
-    let mut compared = compared.iter();
-    compared.any(|(_, owner, keys)| *owner == name && keys.contains(&key))
+/// The types that `definition` names, in order.
+fn references(definition: &Value, found: &mut Vec<String>) {
+    found.extend(reference(definition).map(str::to_owned));
+    match definition {
+        Value::Object(keys) => {
+            let is_part = |key: &str| !["$defs", "default"].contains(&key);
+            let parts = keys.iter().filter(|(key, _)| is_part(key));
+            parts.for_each(|(_, part)| references(part, found));
+        }
+        Value::Array(items) => items.iter().for_each(|item| references(item, found)),
+        _ => {}
+    }
 }
 
 fn properties(definition: &Value) -> impl Iterator<Item = (&String, &Value)> {

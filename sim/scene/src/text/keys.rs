@@ -16,14 +16,10 @@ pub fn key_reference() -> String {
         page: INTRODUCTION.to_owned(),
         told: Vec::new(),
         schema: &schema,
-        compared: &COMPARISON,
     };
     page.rows(&EVERYDAY);
     page.push(ALL);
     page.sections(vec![WHOLE.to_owned()]);
-    page.push(COMPARED);
-    page.rows(&COMPARISON);
-    page.types_of(&COMPARISON);
     page.push(LIMITS);
     page.page
 }
@@ -38,15 +34,6 @@ const INTRODUCTION: &str = include_str!("keys/introduction.md");
 
 const ALL: &str = "
 ## All keys
-";
-
-const COMPARED: &str = "
-## Keys to compare with
-
-Their defaults are what is tested; the other choices are the dissertation's, or simpler, and are there to be compared with.
-
-| key | value | default | meaning |
-|---|---|---|---|
 ";
 
 const LIMITS: &str = include_str!("keys/limits.md");
@@ -70,16 +57,4 @@ const EVERYDAY: [KeyRow; 13] = [
     ("integration", "Integration", &["duration", "settle"]),
     ("observe", "Observe", &["state_rate"]),
     ("pictures", "Pictures", &["view", "color"]),
-];
-
-/// Keys whose other choices are there to compare with, as above.
-const COMPARISON: [KeyRow; 4] = [
-    ("bodies[]", "Body", &["method", "cut_rule"]),
-    ("bodies[].material", "Material", &["volume_constant"]),
-    (
-        "bodies[].surfels",
-        "SurfelSettings",
-        &["weights", "radius", "inside"],
-    ),
-    ("pictures", "Pictures", &["mode"]),
 ];

@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::DVec3;
 use phyxel_discretize::{Bounds, RepairSettings, Solid, UnitGuess, guess_unit};
 
-use super::error::SceneError;
+use super::error::TextError;
 use super::overrides::Override;
 use super::read::{from_text, to_ron};
 use crate::{Axis, Body, Cut, Gravity, Key, Pictures, Region, Scene, Shape, Support};
@@ -17,7 +17,7 @@ use crate::{Axis, Body, Cut, Gravity, Key, Pictures, Region, Scene, Shape, Suppo
 /// others +z.
 ///
 /// # Errors
-/// [`SceneError`] if an override does not fit, or the file cannot be read any more.
+/// [`TextError`] if an override does not fit, or the file cannot be read any more.
 ///
 /// # Panics
 /// If the box is empty or not finite; the caller has read the mesh.
@@ -25,7 +25,7 @@ pub fn for_mesh(
     file: impl AsRef<Path>,
     solid: &Solid,
     overrides: &[Override],
-) -> Result<(Scene, UnitGuess), SceneError> {
+) -> Result<(Scene, UnitGuess), TextError> {
     let file = file.as_ref();
     let extent = solid.bounds();
     let size = extent.size();
@@ -63,7 +63,7 @@ pub fn for_mesh(
     let origin = format!("default scene of {}", file.display());
     let scene = from_text(&to_ron(&scene), &origin, "", overrides);
     // Nobody has seen the text that its positions count in.
-    let scene = scene.map_err(SceneError::without_position)?;
+    let scene = scene.map_err(TextError::without_position)?;
     Ok((scene, unit))
 }
 

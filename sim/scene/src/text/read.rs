@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::embedded::EMBEDDED;
-use super::error::{OverrideError, SceneError, TextError};
+use super::error::{OverrideError, TextError};
 use super::file::read_text;
 use super::overrides::{Override, place_of, shortened};
 use super::tree::{Syntax, options};
@@ -31,9 +31,9 @@ pub fn read_settings(file: &Path, whole: &'static str) -> Result<String, TextErr
 /// Relative paths in the scene start at the file's folder.
 ///
 /// # Errors
-/// A [`SceneError`] that names the position: the file cannot be read, is not RON, has an unknown key or a value out of
+/// A [`TextError`] that names the position: the file cannot be read, is not RON, has an unknown key or a value out of
 /// range, or an override does not fit.
-pub fn load(file: impl AsRef<Path>, overrides: &[Override]) -> Result<Scene, SceneError> {
+pub fn load(file: impl AsRef<Path>, overrides: &[Override]) -> Result<Scene, TextError> {
     let file = file.as_ref();
     let text = read_settings(file, WHOLE)?;
     let folder = file.parent().map(Path::to_owned).unwrap_or_default();
@@ -44,10 +44,10 @@ pub fn load(file: impl AsRef<Path>, overrides: &[Override]) -> Result<Scene, Sce
 /// The embedded scene `name` with `overrides`, validated.
 ///
 /// # Errors
-/// [`SceneError::NoSuchScene`], or what [`load`] says of overrides.
-pub fn embedded(name: &str, overrides: &[Override]) -> Result<Scene, SceneError> {
+/// [`TextError::NoSuchScene`], or what [`load`] says of overrides.
+pub fn embedded(name: &str, overrides: &[Override]) -> Result<Scene, TextError> {
     let scene = EMBEDDED.iter().find(|scene| scene.name == name);
-    let scene = scene.ok_or_else(|| SceneError::NoSuchScene {
+    let scene = scene.ok_or_else(|| TextError::NoSuchScene {
         name: name.to_owned(),
     })?;
     let origin = format!("scene '{}'", scene.name);
@@ -65,7 +65,7 @@ pub fn from_text(
     origin: &str,
     folder: impl AsRef<Path>,
     overrides: &[Override],
-) -> Result<Scene, SceneError> {
+) -> Result<Scene, TextError> {
     finished(text, Syntax::Ron, origin, folder.as_ref(), overrides)
 }
 
@@ -76,7 +76,7 @@ pub(crate) fn finished(
     origin: &str,
     folder: &Path,
     overrides: &[Override],
-) -> Result<Scene, SceneError> {
+) -> Result<Scene, TextError> {
     let mut scene: Scene = parse(text, syntax, origin, WHOLE)?;
     for change in overrides {
         let error = |problem| OverrideError {

@@ -11,11 +11,11 @@ mod properties;
 
 const LIVER: &str = EMBEDDED[0].text;
 
-fn read(text: &str) -> Result<Scene, SceneError> {
+fn read(text: &str) -> Result<Scene, TextError> {
     from_text(text, "test.ron", "", &[])
 }
 
-fn with(text: &str, overrides: &[&str]) -> Result<Scene, SceneError> {
+fn with(text: &str, overrides: &[&str]) -> Result<Scene, TextError> {
     let overrides = overrides.iter().map(|text| Override::parse(text));
     let overrides = overrides.collect::<Result<Vec<_>, _>>();
     from_text(text, "test.ron", "", &overrides.expect("each is one"))

@@ -6,6 +6,7 @@
 use std::fmt::{self, Display};
 use std::ops::Range;
 
+use serde::de::value::StrDeserializer;
 use serde::de::{
     self, DeserializeOwned, DeserializeSeed, Deserializer, EnumAccess, Expected, IgnoredAny,
     MapAccess, SeqAccess, Unexpected, VariantAccess, Visitor,
@@ -22,24 +23,9 @@ use crate::{DidYouMean, nearest};
 const RAW: &str = "phyxel_scene::Raw";
 
 /// A value as it is written.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(rename = "phyxel_scene::Raw")]
 pub struct Raw(pub String);
-
-impl<'de> Deserialize<'de> for Raw {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Text;
-        impl Visitor<'_> for Text {
-            type Value = Raw;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a value")
-            }
-            fn visit_str<E>(self, text: &str) -> Result<Raw, E> {
-                Ok(Raw(text.to_owned()))
-            }
-        }
-        deserializer.deserialize_newtype_struct(RAW, Text)
-    }
-}
 
 /// Reads settings from a text in RON (`Some` may be left out) or JSON. Messages name it `origin` and call it `whole`.
 ///
@@ -373,7 +359,8 @@ impl<'de> Deserializer<'de> for Value<'_> {
         visitor: V,
     ) -> Result<V::Value, ValueError> {
         if name == RAW {
-            return visitor.visit_str(self.written());
+            let text = StrDeserializer::new(self.written());
+            return visitor.visit_newtype_struct(text);
         }
         visitor.visit_newtype_struct(self)
     }
@@ -454,7 +441,7 @@ impl<'de> MapAccess<'de> for Fields<'_> {
         if before.iter().any(|(other, ..)| other == name) {
             return Err(ValueError::new(Problem::Twice(name.clone())).at(span));
         }
-        let key = de::value::StrDeserializer::<ValueError>::new(name);
+        let key = StrDeserializer::<ValueError>::new(name);
         seed.deserialize(key)
             .map(Some)
             .map_err(|error| error.at(span))
@@ -508,7 +495,7 @@ impl<'de, 'a> EnumAccess<'de> for Choice<'a> {
         self,
         seed: V,
     ) -> Result<(V::Value, Self), ValueError> {
-        let name = de::value::StrDeserializer::<ValueError>::new(&self.name);
+        let name = StrDeserializer::<ValueError>::new(&self.name);
         let choice = seed
             .deserialize(name)
             .map_err(|error| error.at(&self.span))?;

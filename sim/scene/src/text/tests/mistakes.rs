@@ -79,7 +79,7 @@ fn damaged_text_gives_lines_with_places() {
                 failed += 1;
                 let told = error.to_string();
                 assert!(!told.contains('\n'), "damage at {at}: {told}");
-                let SceneError::Text(TextError::At { place, .. }) = error else {
+                let TextError::At { place, .. } = error else {
                     panic!("damage at {at}: {told}");
                 };
                 let (line, _) = place.position.expect("the text is at hand");
