@@ -12,7 +12,7 @@ mod tests;
 
 use crate::{BoundaryConditions, EigenvalueSettings};
 use blocks::{Blocks, Room};
-use disks::{ContactDisks, Placed};
+use disks::ContactDisks;
 use drag::RigidMotions;
 use glam::DVec3;
 use press::{Chunk, Touch};
@@ -39,10 +39,6 @@ const FADE: f64 = 0.25;
 const SINKING: f64 = 0.5;
 /// Displacement (spacings) that lists of pairs leave room for.
 const MARGIN: f64 = 0.75;
-/// The same of the lists of close pairs, and how far disks may turn (rad) or stretch before they are looked at again. Of 734,000
-/// pairs in the lists of a crumpled tube 179,000 are close with 0.15 and 0.1, and 55,000 feet lie on disks.
-const CLOSE_MARGIN: f64 = 0.1;
-const TURN: f64 = 0.07;
 /// Largest fraction of the mean gap that is learned in a step (Uzawa's iteration needs less than 2).
 const MOST_LEARNING: f64 = 0.03;
 /// Residual at which the eigenvalue is taken. At 0.02, enough for a body, one estimate in seventy ends at another cluster
@@ -152,6 +148,8 @@ pub struct DeformableContact {
     state: DeformableState,
     /// Room (spacings) of the lists.
     margin: f64,
+    /// Largest spacing (m) of the samples.
+    widest: f64,
     /// Samples that are near each other, as they were when pairs were listed.
     blocks: Blocks,
     room: Room,
@@ -160,10 +158,6 @@ pub struct DeformableContact {
     /// Points with candidates, and their ranges in `lists`.
     points: Vec<(u32, [u32; 2])>,
     lists: Vec<u32>,
-    /// Of each of these, the pairs that may act before samples have moved or turned a little from where they were.
-    close_points: Vec<[u32; 2]>,
-    close: Vec<u32>,
-    close_at: Vec<Placed>,
     /// Sums of the last step.
     between: Vec<DeformableForce>,
     /// Energies (J) of points while their samples are taken out.
@@ -209,13 +203,11 @@ impl DeformableContact {
             frictions,
             state: DeformableState::default(),
             margin: MARGIN,
+            widest: 0.0,
             blocks: Blocks::default(),
             room: Room::default(),
             points: Vec::new(),
             lists: Vec::new(),
-            close_points: Vec::new(),
-            close: Vec::new(),
-            close_at: Vec::new(),
             near: Vec::new(),
             between: Vec::new(),
             stored: Vec::new(),
@@ -307,6 +299,8 @@ impl DeformableContact {
             self.state.slips.resize(disks.len(), [0.0; 2]);
         }
         self.disks = disks;
+        let spacings = self.disks.samples.iter().map(|sample| sample.spacing);
+        self.widest = spacings.fold(0.0, f64::max);
         self.renew_blocks();
         if !self.state.listed_at.is_empty() {
             let mut is_restless = self.is_restless();
@@ -354,9 +348,6 @@ impl DeformableContact {
             + self.blocks.bytes()
             + size_of_val(&*self.points)
             + size_of_val(&*self.lists)
-            + size_of_val(&*self.close_points)
-            + size_of_val(&*self.close)
-            + size_of_val(&*self.close_at)
             + size_of_val(&*self.near)
     }
 
@@ -446,10 +437,6 @@ impl DeformableContact {
         &self.lists[*begin as usize..*end as usize]
     }
 
-    fn close_list(&self, [begin, end]: &[u32; 2]) -> &[u32] {
-        &self.close[*begin as usize..*end as usize]
-    }
-
     fn stiffness(&self, a: u32, b: u32) -> f64 {
         let of = |sample: u32| self.disks.samples[sample as usize].stiffness;
         self.settings.penalty * of(a).min(of(b))
@@ -493,7 +480,6 @@ impl DeformableContact {
             return;
         }
         let placed = self.place(positions);
-        self.update_close(&placed);
         let motion = |&sample: &u32| self.disks.gather(sample as usize, moved.by);
         let motions: Vec<_> = if self.rubs || self.settings.drag > 0.0 {
             self.near
@@ -510,12 +496,11 @@ impl DeformableContact {
             RigidMotions::default()
         };
         let step = (moved, &rigid);
-        let points = self.points.par_chunks(CHUNK);
-        let chunks: Vec<Chunk> = (points.zip(self.close_points.par_chunks(CHUNK)))
-            .map(|(points, ranges)| {
+        let chunks: Vec<Chunk> = (self.points.par_chunks(CHUNK))
+            .map(|points| {
                 let (mut chunk, mut pairs) = (Chunk::default(), Vec::new());
-                for ((point, _), range) in points.iter().zip(ranges) {
-                    let list = self.close_list(range);
+                for (point, range) in points {
+                    let list = self.listed(range);
                     self.find_pairs(*point, list, &placed, NEAR, &mut pairs);
                     self.press(*point, &pairs, (&placed, &motions), step, &mut chunk);
                 }

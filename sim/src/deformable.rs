@@ -263,10 +263,12 @@ impl DeformableBodies {
         }
     }
 
-    /// The bound of what contact adds to the largest eigenvalue where bodies are now, if it is another than before.
+    /// The bound of what contact adds to the largest eigenvalue, if it is another than before.
     pub(crate) fn new_bound(&mut self, bodies: &[Body]) -> Option<f64> {
-        self.begin(bodies);
-        self.contact.update_lists(&self.positions);
+        if self.contact.state().listed_at.is_empty() {
+            self.begin(bodies);
+            self.contact.update_lists(&self.positions);
+        }
         self.contact.new_bound(&self.masses)
     }
 

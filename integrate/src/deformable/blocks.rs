@@ -10,8 +10,8 @@ use std::ops::Range;
 const RADIUS: f64 = 2.0;
 /// Part of the room up to which it is enough to know by how much nodes moved otherwise than their block.
 const BY_NODES: f64 = 0.5;
-/// Pairs of blocks that are looked at alone while others have more room. All were looked at 2,830, 2,650 and 1,740 times in the
-/// 5,100 steps of a cut liver (`run liver`, with contact) with 32, 64 and 512; the closest pairs cost least with the fewest.
+/// Pairs of blocks that are looked at alone while others have more room. All were looked at 1,751 times in the first 5,000 steps
+/// of a cut liver (`run liver`, with contact).
 const CLOSEST: usize = 64;
 /// Determinant of a block's inertia, over the cube of its trace, below which nodes do not tell how it turns.
 const LEAST_INERTIA: f64 = 1e-6;
@@ -199,7 +199,13 @@ impl Blocks {
         (margin, far, may_meet): (f64, impl Fn(f64, f64) -> f64, impl Fn(u32, u32) -> bool),
         closest: Option<&[(f64, [usize; 2])]>,
     ) -> (Room, Vec<usize>) {
-        let mut moves = [0, 1].map(|which| vec![closest.is_none(); self.listed[which].len()]);
+        // Of restless blocks all pairs were listed again.
+        let asks =
+            |which: usize, block: &Block| closest.is_none() && (which == 1 || !block.is_restless);
+        let mut moves = [0, 1].map(|which| -> Vec<bool> {
+            let listed = self.blocks.iter().zip(&self.listed[which]);
+            listed.map(|(block, _)| asks(which, block)).collect()
+        });
         for &(_, pair) in closest.into_iter().flatten() {
             for number in pair {
                 moves[self.listing(pair)][number] = true;
@@ -308,15 +314,15 @@ impl Blocks {
         found: impl Fn(usize, usize, f64, &mut Vec<T>) + Sync,
     ) -> Vec<T> {
         let listed = &self.listed[usize::from(again)];
+        let placed = self.samples.iter().map(|&sample| {
+            let sample = sample as usize;
+            (sample, places[sample])
+        });
+        let placed: Vec<(usize, DVec3)> = placed.collect();
         let of = |number: usize| {
             let (block, at) = (&self.blocks[number], &listed[number]);
-            let own: Vec<_> = self
-                .samples(block)
-                .map(|sample| (sample, places[sample]))
-                .collect();
             let mut all = Vec::new();
-            let others = self.blocks.iter().zip(listed).take(number + 1);
-            for (second, (other, there)) in others.enumerate() {
+            for (other, there) in self.blocks.iter().zip(listed).take(number + 1) {
                 let far = far(at.reach.max(there.reach), at.thickness + there.thickness);
                 let is_far = |x: DVec3, radius: f64| {
                     x.distance_squared(there.middle) >= (radius + there.radius + far).powi(2)
@@ -325,17 +331,13 @@ impl Blocks {
                 if !is_new || is_far(at.middle, at.radius) {
                     continue;
                 }
-                for (n, &(p, x)) in own.iter().enumerate() {
+                for n in block.samples.clone() {
+                    let (p, x) = placed[n];
                     if is_far(x, 0.0) {
                         continue;
                     }
-                    let count = if second == number {
-                        n
-                    } else {
-                        other.samples.len()
-                    };
-                    for q in self.samples(other).take(count) {
-                        let square = x.distance_squared(places[q]);
+                    for &(q, y) in &placed[other.samples.start..n.min(other.samples.end)] {
+                        let square = x.distance_squared(y);
                         if square < far * far {
                             found(p, q, square, &mut all);
                         }
@@ -373,7 +375,7 @@ impl Blocks {
                 if disks.row(sample).len() <= 3 {
                     return (disks.amplification(sample) * most).powi(2);
                 }
-                let [x, now] = [from, positions].map(|x| disks.gather(sample, x).0);
+                let [x, now] = [from, positions].map(|x| disks.point(sample, x));
                 off((x - at.mean, now - x))
             });
             off_rigid = of_sample.fold(0.0, f64::max).sqrt();

@@ -88,12 +88,6 @@ impl Placed {
         let [a, b, c] = self.inverse;
         [a * v[0] + b * v[1], b * v[0] + c * v[1]]
     }
-
-    /// The inverse of the disk's smallest stretch; 0 for what is no disk.
-    pub(crate) fn steep(&self) -> f64 {
-        let [a, b, c] = self.inverse;
-        (0.5 * (a + c) + (0.25 * (a - c).powi(2) + b * b).sqrt()).sqrt()
-    }
 }
 
 impl ContactDisks {
@@ -257,7 +251,17 @@ impl ContactDisks {
         self.weights[self.row(sample)].iter().map(|w| w.abs()).sum()
     }
 
-    /// A vector field of the nodes at a sample, and its derivatives along the disk.
+    /// A vector field of the nodes at a sample.
+    pub(crate) fn point(&self, sample: usize, field: &[DVec3]) -> DVec3 {
+        let entries = self
+            .row(sample)
+            .map(|entry| (self.nodes[entry], self.weights[entry]));
+        entries.fold(DVec3::ZERO, |x, (node, weight)| {
+            x + field[node as usize] * weight
+        })
+    }
+
+    /// The same, and its derivatives along the disk.
     pub(crate) fn gather(&self, sample: usize, field: &[DVec3]) -> (DVec3, [DVec3; 2]) {
         let (mut x, mut t) = (DVec3::ZERO, [DVec3::ZERO; 2]);
         for entry in self.row(sample) {

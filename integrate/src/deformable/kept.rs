@@ -15,8 +15,7 @@ impl DeformableContact {
         self.update_lists(positions);
         let mut energies = vec![0.0; self.disks.len()];
         let placed = self.place(positions);
-        self.update_close(&placed);
-        self.each_point(&placed, true, |point, pairs| {
+        self.each_point(&placed, |point, pairs| {
             [energies[point], _] = self.springs(point, pairs, self.state.offsets[point]);
         });
         energies
@@ -29,8 +28,7 @@ impl DeformableContact {
         let mut offsets = std::mem::take(&mut self.state.offsets);
         let mut now = 0.0;
         let placed = self.place(positions);
-        self.update_close(&placed);
-        self.each_point(&placed, true, |point, pairs| {
+        self.each_point(&placed, |point, pairs| {
             let gaps = pairs.iter().map(|pair| pair.gap);
             let least = gaps.fold(f64::INFINITY, f64::min);
             let kept = stored.get(point).copied().unwrap_or(0.0);

@@ -1,8 +1,8 @@
 //! Lists of pairs that may meet.
 
 use super::blocks::{Blocks, Room};
-use super::disks::{DiskSample, Placed, index};
-use super::{CHUNK, CLOSE_MARGIN, DEEPEST, DeformableContact, FACING, NEAR, TURN};
+use super::disks::{DiskSample, index};
+use super::{DEEPEST, DeformableContact, FACING};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -111,112 +111,15 @@ impl DeformableContact {
     /// Distance (m), margin included, from which on a point and a disk are in no list, by the disk's reach and the sum of their
     /// thicknesses (m).
     fn far(&self) -> impl Fn(f64, f64) -> f64 + use<> {
-        let (widest, margin) = (self.widest(), self.margin());
+        let (widest, margin) = (self.widest, self.margin());
         move |reach, thickness| {
             let apart = DEEPEST * widest + thickness;
             (reach * reach + apart * apart).sqrt() + margin
         }
     }
 
-    /// Sees to it that close lists name all pairs that may act: a sample that has moved by half of [`CLOSE_MARGIN`] or turned by
-    /// [`TURN`] since it was last looked at is looked at again with its pairs, and those that have come half as far. What pairs
-    /// do is the same with any such lists.
-    pub(super) fn update_close(&mut self, placed: &[Placed]) {
-        let room = 0.5 * CLOSE_MARGIN * self.widest();
-        let is_first = self.close_at.len() != placed.len();
-        if is_first {
-            self.close_at.clear();
-            self.close_at.extend_from_slice(placed);
-            self.close_points.clear();
-            self.close_points.resize(self.points.len(), [0; 2]);
-        }
-        let goes = |part: f64| {
-            let (far, turn) = (part * part * room * room, part * part * TURN * TURN);
-            move |(now, then): (&Placed, &Placed)| {
-                let turns = [now.n - then.n, now.t[0] - then.t[0], now.t[1] - then.t[1]];
-                now.x.distance_squared(then.x) >= far
-                    || turns.iter().any(|by| by.length_squared() >= turn)
-            }
-        };
-        let pairs = || placed.iter().zip(&self.close_at);
-        if !is_first && !pairs().any(goes(1.0)) {
-            return;
-        }
-        let gone = pairs().map(goes(if is_first { 0.0 } else { 0.5 }));
-        let gone: Vec<bool> = gone.collect();
-        for ((then, now), gone) in self.close_at.iter_mut().zip(placed).zip(&gone) {
-            if *gone {
-                *then = *now;
-            }
-        }
-        let task = |points: &[(u32, [u32; 2])], closes: &[[u32; 2]]| {
-            let mut ends = Vec::with_capacity(points.len());
-            let mut close: Vec<u32> = Vec::new();
-            for ((point, range), close_range) in points.iter().zip(closes) {
-                let mut were = self.close_list(close_range).iter().peekable();
-                let all = gone[*point as usize];
-                let stays = |other: &&u32| {
-                    let was = were.next_if_eq(other).is_some();
-                    if all || gone[**other as usize] {
-                        self.may_act(*point, **other, room)
-                    } else {
-                        was
-                    }
-                };
-                close.extend(self.listed(range).iter().filter(stays));
-                ends.push(close.len());
-            }
-            (close, ends)
-        };
-        let tasks = self.points.par_chunks(CHUNK);
-        let tasks: Vec<_> = (tasks.zip(self.close_points.par_chunks(CHUNK)))
-            .map(|(points, closes)| task(points, closes))
-            .collect();
-        self.close.clear();
-        self.close_points.clear();
-        for (close, ends) in tasks {
-            let first = self.close.len();
-            self.close.extend(close);
-            let mut begin = index(first);
-            for end in ends {
-                let end = index(first + end);
-                self.close_points.push([begin, end]);
-                begin = end;
-            }
-        }
-    }
-
-    /// Whether a point may come to act on a disk before one of them has moved by `room` (m) or turned by [`TURN`] from where
-    /// it was last looked at.
-    fn may_act(&self, point: u32, other: u32, room: f64) -> bool {
-        let [p, q] = [point, other].map(|slot| &self.close_at[slot as usize]);
-        if p.n.dot(q.n) > FACING + 2.5 * TURN {
-            return false;
-        }
-        let arm = p.x - q.x;
-        let raw = q.n.dot(arm);
-        let gap = raw - p.thickness - q.thickness;
-        let spacing = p.spacing.min(q.spacing);
-        let wander = 2.0 * room + TURN * (arm.length() + 2.0 * room);
-        if gap > NEAR * spacing + wander || gap < -DEEPEST * spacing - wander {
-            return false;
-        }
-        let [a, b] = q.solve([q.t[0].dot(arm), q.t[1].dot(arm)]);
-        let foot = (a * a + b * b).sqrt();
-        // Feet on a disk that is all but flat may be anywhere.
-        let steep = q.steep();
-        let turned = 1.5 * TURN * steep;
-        let feet = 2.0 * room * steep + turned * (foot + raw.abs() * steep);
-        turned > 0.5 || foot < q.reach + feet / (1.0 - turned)
-    }
-
-    fn widest(&self) -> f64 {
-        let samples = self.disks.samples.iter();
-        samples.map(|sample| sample.spacing).fold(0.0, f64::max)
-    }
-
     fn margin(&self) -> f64 {
-        self.margin * self.widest()
+        self.margin * self.widest
     }
 
     /// Where samples are (m), and how far (m) their disks reach, with nodes at `positions` (m).
@@ -228,7 +131,7 @@ impl DeformableContact {
 
     /// Blocks of samples that have changed.
     pub(super) fn renew_blocks(&mut self) {
-        self.blocks = Blocks::new(&self.disks, self.widest());
+        self.blocks = Blocks::new(&self.disks, self.widest);
         let positions = &self.state.listed_at;
         if !positions.is_empty() {
             let (places, reaches) = self.places(positions);
@@ -246,21 +149,24 @@ impl DeformableContact {
         let far = self.far();
         let samples = &self.disks.samples;
         let thickness = |sample: usize| self.disks.thickness[sample].abs();
-        let meets = |p: usize, q: usize, square: f64| {
-            let (a, b, reach) = (&samples[p], &samples[q], reaches[q]);
-            let own = a.body == b.body;
-            reach > 0.0
-                && square.sqrt() < far(reach, thickness(p) + thickness(q))
-                && !(own && is_near(a, b) && is_behind(a, b))
-                && !(own && !a.flank && self.disks.share_nodes(index(p), index(q)))
-        };
         let found = |p: usize, q: usize, square: f64, met: &mut Vec<(usize, u32)>| {
             let (a, b) = (&samples[p], &samples[q]);
-            let joined = a.body == b.body && a.normal.dot(b.normal) >= FACING && is_near(a, b);
-            if !joined && self.between_bodies(a.body, b.body).is_some() {
-                let both = [(p, q), (q, p)].into_iter();
-                let both = both.filter(|(p, q)| meets(*p, *q, square));
-                met.extend(both.map(|(p, q)| (p, index(q))));
+            let own = a.body == b.body;
+            let near = own && is_near(a, b);
+            if (near && a.normal.dot(b.normal) >= FACING)
+                || self.between_bodies(a.body, b.body).is_none()
+            {
+                return;
+            }
+            let thickness = thickness(p) + thickness(q);
+            for (p, q, a, b) in [(p, q, a, b), (q, p, b, a)] {
+                let meets = reaches[q] > 0.0
+                    && !(near && is_behind(a, b))
+                    && square < far(reaches[q], thickness).powi(2)
+                    && !(own && !a.flank && self.disks.share_nodes(index(p), index(q)));
+                if meets {
+                    met.push((p, index(q)));
+                }
             }
         };
         let mut of = vec![Vec::new(); self.disks.len()];
@@ -307,7 +213,6 @@ impl DeformableContact {
             self.points
                 .push((point, [begin, self.lists.len()].map(index)));
         }
-        self.close_at.clear();
         let mut slots = vec![u32::MAX; self.disks.len()];
         let named = || self.points.iter().map(|(point, _)| point);
         for &sample in named().chain(&self.lists) {

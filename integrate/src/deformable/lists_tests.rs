@@ -1,8 +1,7 @@
-use super::super::tests::{is_upper, pressed, sheets};
+use super::super::tests::sheets;
 use super::super::{ContactDisks, DeformableContact, DeformableSettings};
 use crate::DiskSample;
 use glam::{DQuat, DVec3};
-use proptest::prelude::*;
 use testkit::cloud::Random;
 
 /// An uncut surface and a flank near it at rest, however thin the tissue between them, are never in contact; two flanks are, and
@@ -50,7 +49,7 @@ fn feather_edges_touch_nothing() {
 /// Pairs that lists have and that act with nodes at `x`.
 fn pairs(contact: &DeformableContact, x: &[DVec3]) -> Vec<(usize, u32)> {
     let mut found = Vec::new();
-    contact.each_point(&contact.place(x), false, |point, pairs| {
+    contact.each_point(&contact.place(x), |point, pairs| {
         let others = pairs.iter().map(|pair| contact.near[pair.slot as usize]);
         found.extend(others.map(|other| (point, other)));
     });
@@ -253,7 +252,7 @@ fn membranes_that_come_near_are_listed_before_they_meet() {
             brute.update_lists(&x);
             let count = |contact: &DeformableContact| {
                 let mut pairs = 0;
-                contact.each_point(&contact.place(&x), false, |_, met| pairs += met.len());
+                contact.each_point(&contact.place(&x), |_, met| pairs += met.len());
                 pairs
             };
             assert_eq!(
@@ -264,74 +263,5 @@ fn membranes_that_come_near_are_listed_before_they_meet() {
             most = most.max(count(&contact));
         }
         assert_eq!(most > 0, meets, "{thickness}");
-    }
-}
-
-/// How often a sample is looked at again while surfaces crumple and slide in 80 steps. Lists of close pairs have all that act.
-fn looked_at(seed: u64) -> f64 {
-    let (mut contact, from, _) = pressed(0.0, seed);
-    let mut random = Random::new(seed + 4);
-    let all = from.len();
-    let side = random.vector(0.8);
-    let by: Vec<DVec3> = (0..all)
-        .map(|n| random.vector(0.6) + if is_upper(n, all) { side } else { DVec3::ZERO })
-        .collect();
-    let (mut made, mut act) = (0.0, 0);
-    for k in 0..80 {
-        let share = f64::from(k) / 80.0;
-        // First one sheet, then the other.
-        let of = |n: usize| {
-            if is_upper(n, all) {
-                2.0 * share
-            } else {
-                2.0 * share - 1.0
-            }
-        };
-        let at = |n: usize| from[n] + by[n] * of(n).clamp(0.0, 1.0);
-        let x: Vec<DVec3> = (0..all).map(at).collect();
-        contact.update_lists(&x);
-        let placed = contact.place(&x);
-        let before = contact.close_at.clone();
-        contact.update_close(&placed);
-        let looked = before
-            .iter()
-            .zip(&contact.close_at)
-            .filter(|(before, now)| before.x != now.x);
-        made += looked.count() as f64 / placed.len() as f64;
-        let (mut found, mut expected) = (Vec::new(), Vec::new());
-        for (of_close, list) in [(false, &mut expected), (true, &mut found)] {
-            contact.each_point(&placed, of_close, |point, pairs| {
-                list.extend(
-                    pairs
-                        .iter()
-                        .map(|pair| (point, pair.slot, pair.phi.to_bits())),
-                );
-            });
-        }
-        act += found.len();
-        assert!(
-            found == expected,
-            "at {share}: {} of {}",
-            found.len(),
-            expected.len()
-        );
-    }
-    assert!(act > 1000, "{act} pairs");
-    made
-}
-
-/// Most samples stay as they were looked at: it is 12.5 times of 80.
-#[test]
-fn close_lists_are_seldom_made() {
-    let mean = (0..8).map(looked_at).sum::<f64>() / 8.0;
-    assert!(mean < 13.0, "each sample {mean} times");
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
-
-    #[test]
-    fn close_lists_hold_all_that_act(seed in 0_u64..1000) {
-        looked_at(seed);
     }
 }

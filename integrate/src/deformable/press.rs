@@ -184,13 +184,16 @@ impl DeformableContact {
         for &slot in list {
             let q = &placed[slot as usize];
             let cosine = p.n.dot(q.n);
+            // Where a smooth step begins.
+            if cosine >= FACING {
+                continue;
+            }
             let arm = p.x - q.x;
             let raw = q.n.dot(arm);
             let gap = raw - p.thickness - q.thickness;
             let spacing = p.spacing.min(q.spacing);
             let depth = gap / spacing;
-            // Where a smooth step begins.
-            if cosine >= FACING || depth >= near || depth <= -DEEPEST {
+            if depth >= near || depth <= -DEEPEST {
                 continue;
             }
             let xi = q.solve([q.t[0].dot(arm), q.t[1].dot(arm)]);
@@ -228,21 +231,11 @@ impl DeformableContact {
         }
     }
 
-    /// What the pairs of each listed point are where samples are, of close lists that were made for these places or of all.
-    pub(super) fn each_point(
-        &self,
-        placed: &[Placed],
-        of_close: bool,
-        mut visit: impl FnMut(usize, &[Pair]),
-    ) {
+    /// What the pairs of each listed point are where samples are.
+    pub(super) fn each_point(&self, placed: &[Placed], mut visit: impl FnMut(usize, &[Pair])) {
         let mut pairs = Vec::new();
-        for (point, (slot, range)) in self.points.iter().enumerate() {
-            let list = if of_close {
-                self.close_list(&self.close_points[point])
-            } else {
-                self.listed(range)
-            };
-            self.find_pairs(*slot, list, placed, NEAR, &mut pairs);
+        for (slot, range) in &self.points {
+            self.find_pairs(*slot, self.listed(range), placed, NEAR, &mut pairs);
             visit(self.near[*slot as usize] as usize, &pairs);
         }
     }

@@ -37,7 +37,7 @@ impl DeformableContact {
     #[must_use]
     pub fn pressures(&self, positions: &[DVec3]) -> Vec<f64> {
         let mut pressures = vec![0.0; self.disks.len()];
-        self.each_point(&self.place(positions), false, |point, pairs| {
+        self.each_point(&self.place(positions), |point, pairs| {
             let [_, force] = self.springs(point, pairs, self.state.offsets[point]);
             pressures[point] = force / (0.5 * self.disks.samples[point].area);
         });

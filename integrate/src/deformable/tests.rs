@@ -76,12 +76,12 @@ fn nearest(rest: &[DVec3], of: std::ops::Range<u32>, x: DVec3) -> Vec<u32> {
     nodes
 }
 
-pub(super) fn is_upper(node: usize, all: usize) -> bool {
+fn is_upper(node: usize, all: usize) -> bool {
     2 * node >= all
 }
 
 /// Sheets that are bent, pressed into each other and turned, with offsets that are learned.
-pub(super) fn pressed(friction: f64, seed: u64) -> (DeformableContact, Vec<DVec3>, Vec<DVec3>) {
+fn pressed(friction: f64, seed: u64) -> (DeformableContact, Vec<DVec3>, Vec<DVec3>) {
     let (mut contact, rest) = sheets(friction, seed);
     contact.add_forces(&by(&rest, &zeros(&rest)), &mut zeros(&rest));
     let mut random = Random::new(seed + 1);
