@@ -193,13 +193,9 @@ fn no_key_is_left_out() {
         if let Some(title) = line.strip_prefix("### ") {
             section = title.split(' ').next().unwrap_or_default().to_owned();
         }
-        // The tables of everyday keys, of those to compare with and of limits name the sections' again.
+        // The tables of everyday keys and of limits name the sections' again.
         if section.starts_with("Keys") || section == "Limits" {
             continue;
-        }
-        if let Some(compared) = line.strip_prefix("And [to compare with]") {
-            let names = compared.split('`').skip(1).step_by(2);
-            all.extend(names.map(|name| format!("{section}.{name}")));
         }
         let Some(rest) = line.strip_prefix("| ") else {
             continue;

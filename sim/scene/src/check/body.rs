@@ -30,7 +30,7 @@ pub(super) fn body(checks: &mut Checks, body: &Body) {
     checks.finite("velocity", body.velocity);
     checks.not_negative("damping", body.damping, " (1/s)");
     checks.group("surfels", |checks| {
-        surfels(checks, &body.surfels, &body.shape)
+        surfels(checks, &body.surfels, &body.shape);
     });
 }
 
