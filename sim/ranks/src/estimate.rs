@@ -83,7 +83,9 @@ impl Share {
             Some(runs) => runs.iter().filter_map(local).collect::<Vec<_>>(),
         };
         let found = self.elastic.stiffest_nodes(count, Some(&mine));
-        let own = found.iter().filter(|stiff| own.contains(&(stiff.node as usize)));
+        let own = found
+            .iter()
+            .filter(|stiff| own.contains(&(stiff.node as usize)));
         let mut told: Vec<f64> = own
             .flat_map(|stiff| {
                 let node = start + stiff.node as usize - first;
