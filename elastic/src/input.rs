@@ -86,7 +86,7 @@ pub struct Settings {
     pub stabilization: f64,
     /// Where volume changes are resisted.
     pub dilatation: Dilatation,
-    /// What stored coordinates are counted from; the middle of the nodes unless given, which is exact for bodies anywhere. In the frame of a body of which
+    /// What stored coordinates are counted from; the middle of the nodes unless given, as that of nodes far away costs digits. In the frame of a body of which
     /// they are some nodes, rows of matrix and scale zero see nothing and give nothing. What the other rows, and the
     /// forces on nodes all of whose neighbours have such other rows, say is what the whole says, bit for bit, where the
     /// order of neighbours is the whole's. Sums over nodes are, where runs of [`crate::WATCHED_NODES`] nodes are.

@@ -10,8 +10,8 @@ use std::ops::Range;
 const RADIUS: f64 = 2.0;
 /// Part of the room up to which it is enough to know by how much nodes moved otherwise than their block.
 const BY_NODES: f64 = 0.5;
-/// Pairs of blocks that are looked at alone while others have more room. All were looked at 1,751 times in the first 5,000 steps
-/// of a cut liver (`run liver`, with contact).
+/// Pairs of blocks that are looked at alone while others have more room. With 32, 64 and 512 contact takes 0.95, 0.95 to 1.02 and
+/// 1.01 of the time of forces in the run of a cut liver with contact, which is as much as two runs of one differ.
 const CLOSEST: usize = 64;
 /// Determinant of a block's inertia, over the cube of its trace, below which nodes do not tell how it turns.
 const LEAST_INERTIA: f64 = 1e-6;
