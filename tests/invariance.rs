@@ -24,7 +24,7 @@ const PLAIN: Given = Given {
     shift: DVec3::ZERO,
     scale: 1.0,
     capture: 0.15,
-    step: 0.5,
+    step: 0.6,
     nodes: 400,
 };
 
@@ -91,22 +91,22 @@ impl Given {
 /// What a case differs in, how it is given, and the most by which it may release more or less than the first.
 type Case = (&'static str, Given, f64);
 
-/// Each severs as many pairs as the first, or one more or less, but where nodes are others.
+/// Each severs as many pairs as the first, but where nodes are others.
 fn compare(first: Given, others: &[Case]) {
     let (energy, severed) = first.released();
     for (name, other, allowed) in others {
         let (found, pairs) = other.released();
         let off = found / energy - 1.0;
+        eprintln!("{name}: {off:+.4}, {pairs} pairs");
         assert!(off.abs() < *allowed, "{name}: released {off:+.4} more");
         if other.nodes == first.nodes {
-            let apart = pairs.abs_diff(severed);
-            assert!(apart <= 1, "{name}: {pairs} pairs, not {severed}");
+            assert_eq!(pairs, severed, "{name}");
         }
     }
 }
 
-/// The most seen: turned and mirrored along x 0.0013, mirrored along z 0.030, 1 km 0.056. Where the front meets the surface at a slant,
-/// paths bend on the surface, and whether their bends lie in the body hangs on round-off.
+/// The most seen: turned and mirrored 1e-4, 1 km 0.036. Where the front meets the surface at a slant, paths bend on the surface, and
+/// whether their bends lie in the body hangs on round-off.
 #[test]
 fn what_a_cut_releases_does_not_depend_on_how_a_scene_is_given() {
     let turned = |axis: DVec3, degrees: f64| Given {
@@ -129,18 +129,18 @@ fn what_a_cut_releases_does_not_depend_on_how_a_scene_is_given() {
     compare(
         PLAIN,
         &[
-            ("90 degrees about x", turned(DVec3::X, 90.0), 0.01),
-            ("90 degrees about z", turned(DVec3::Z, 90.0), 0.01),
-            ("17 degrees at a slant", turned(slant, 17.0), 0.01),
-            ("mirrored along x", mirrored(DVec3::X), 0.01),
-            ("mirrored along z", mirrored(DVec3::Z), 0.05),
-            ("1 km away", far, 0.06),
+            ("90 degrees about x", turned(DVec3::X, 90.0), 1e-3),
+            ("90 degrees about z", turned(DVec3::Z, 90.0), 1e-3),
+            ("17 degrees at a slant", turned(slant, 17.0), 1e-3),
+            ("mirrored along x", mirrored(DVec3::X), 1e-3),
+            ("mirrored along z", mirrored(DVec3::Z), 1e-3),
+            ("1 km away", far, 0.05),
             ("millimetres", millimetres, 0.01),
         ],
     );
 }
 
-/// The most seen: samples of the blade 0.026, steps 0.029, 800 to 1,600 nodes 0.033.
+/// The most seen: samples of the blade 0.028, steps 0.033, 800 to 1,600 nodes 0.031.
 #[test]
 fn what_a_cut_releases_hardly_depends_on_samples_steps_and_nodes() {
     let capture = |capture: f64| Given { capture, ..PLAIN };

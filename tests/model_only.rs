@@ -128,9 +128,9 @@ fn a_choice_of_model_changes_its_own_part() {
 fn each_part_takes_its_own_memory_away_and_no_other() {
     let held = "supports: [(region: HalfSpace(point: (0, 0, 0.0249), normal: (0, 0, 1)))],";
     let tool = "tools: [(shape: Sphere(radius: 0.01), path: [(time: 0, position: (0, 0, 9))])],";
-    // Inside, so that it leaves the surface whole that the tool may touch, and before anything moves.
+    // Inside, so that it leaves the surface whole that the tool may touch, before anything moves, and off the lattice.
     let cut = "cuts: [(capture: Rate(60), edge: [(0, -5e-3, 0), (0, 5e-3, 0)], path: [
-        (time: 0, position: (0, 0, -8e-3)), (time: 1e-7, position: (0, 0, 8e-3))])],";
+        (time: 0, position: (1e-3, 4e-4, -8e-3)), (time: 1e-7, position: (1e-3, 4e-4, 8e-3))])],";
     let heavy = "gravity: (acceleration: (0, 0, -9.81), ramp: 0),";
     let all = [held, tool, cut, heavy];
     let inner = "material: (viscosity: [(ratio: 0.5, time: 0.1)]), damping_ratio: 0.1";

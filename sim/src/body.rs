@@ -8,8 +8,8 @@ use phyxel_elastic::Elastic;
 use phyxel_enrich::CutRule;
 use phyxel_integrate::{
     Applied, BoundaryConditions, ClosureLaw, Eigenvalue, EigenvalueSettings, Grip, Implicit,
-    MassScaling, Motion, MotionSettings, NewtonSettings, StaticLoad, StepError, StepView,
-    StiffnessTracker, critical_step, radial_start, scale_masses, solve_static,
+    Motion, MotionSettings, NewtonSettings, StaticLoad, StepError, StepView, StiffnessTracker,
+    critical_step, radial_start, solve_static,
 };
 use phyxel_mls::{GradientStencils, Neighborhoods, mean_pair_length};
 
@@ -75,8 +75,6 @@ pub struct Body {
     pub elastic: Elastic,
     /// Nodes in motion.
     pub motion: Motion,
-    /// Mass that was moved between neighbouring nodes, if the scene allows any.
-    pub mass_scaling: Option<MassScaling>,
     /// Largest eigenvalue of the uncut body.
     pub eigenvalue: Eigenvalue,
     /// Estimates of the largest eigenvalue, for the step.
@@ -151,29 +149,17 @@ impl Body {
     /// All but the eigenvalue.
     pub(crate) fn build(scene: &Scene, description: &scene::Body) -> Result<Self, BodyProblem> {
         let (solid, _) = description.shape.solid(&description.placement())?;
-        let (sampled, coupled, parts, mut elastic) = build(scene, &solid, description)?;
+        let (sampled, coupled, mut elastic) = build(scene, &solid, description)?;
         let neighborhoods = coupled.neighborhoods;
         let spacing = mean_pair_length(&sampled.positions, &neighborhoods);
         let tool_surface = ToolSurface::of(scene, &solid, &sampled, spacing)?;
         let rest = sampled.positions;
-        let (volumes, mut masses) = (coupled.volumes, coupled.masses);
+        let (volumes, masses) = (coupled.volumes, coupled.masses);
         let (mass, volume) = (masses.iter().sum(), volumes.iter().sum());
         let supports = supports_of(scene, description, &rest, None);
         elastic.set_held(&supports.fixed_nodes());
         // Stretching stiffens; the estimate is taken at rest and the step factor leaves the room.
         evaluate(&mut elastic, &rest);
-        let mut mass_scaling = None;
-        if description.moved_mass > 0.0 {
-            mass_scaling = Some(scale_masses(
-                &mut masses,
-                (&rest, &parts),
-                &supports,
-                neighborhoods.offsets(),
-                neighborhoods.indices(),
-                |v, out| elastic.tangent_product_into(v, out),
-                description.moved_mass,
-            )?);
-        }
         let scheme = scene.integration.scheme;
         let settings = MotionSettings {
             scheme: scheme.explicit(),
@@ -204,7 +190,6 @@ impl Body {
             stiffness: StiffnessTracker::default(),
             smallest_ratio: 1.0,
             doubt: None,
-            mass_scaling,
             eigenvalue: Eigenvalue::default(),
             step_factor: scene.integration.step_factor,
             damping: description.damping,

@@ -393,7 +393,8 @@ mod tests {
         assert_eq!(sound.retaken(), Retaken::default());
 
         let mut rash = block(Vec::new());
-        rash.bodies[0].step_factor = 1.02;
+        // The eigenvalue in use is up to 5 % above the true one, the step 2.5 % below the largest stable one.
+        rash.bodies[0].step_factor = 1.05;
         rash.estimate_eigenvalues(RETAKE_PRODUCTS).unwrap();
         while rash.time() < until {
             rash.step().unwrap();

@@ -33,12 +33,12 @@ pub fn elastic_stencils<'a>(
         .with_multipliers(&stencils.scales, &stencils.multipliers)
 }
 
-/// Builds nodes and model of a body; also the material of each node, none if there is but one.
+/// Builds nodes and model of a body.
 pub(crate) fn build(
     scene: &Scene,
     solid: &Solid,
     spec: &scene::Body,
-) -> Result<(Sampled, Coupled, Vec<u32>, Elastic), BodyProblem> {
+) -> Result<(Sampled, Coupled, Elastic), BodyProblem> {
     let sampled = sample(solid, spec)?;
     // What one support holds moves as a rigid body from beginning to end.
     let supports = (1..).zip(&scene.supports);
@@ -82,7 +82,7 @@ pub(crate) fn build(
     }
     // Between two steps a viscous body answers at once.
     elastic.begin_viscous_step(0.0);
-    Ok((sampled, coupled, part_of, elastic))
+    Ok((sampled, coupled, elastic))
 }
 
 /// Nodes that know their neighbours.

@@ -157,7 +157,7 @@ pub(super) fn random_seed(proof: &mut Proof) {
 
 /// What no random scene says: what is not of one body's mechanics, and what is there to compare with.
 const NOT_DRAWN: &str = "version description observe pictures bodies.name bodies.shape.Mesh.largest_hole \
-     bodies.rotation bodies.scale bodies.velocity bodies.moved_mass bodies.surfels bodies.method bodies.cut_rule \
+     bodies.rotation bodies.scale bodies.velocity bodies.surfels bodies.method bodies.cut_rule \
      bodies.sampling.limit bodies.material.tissue bodies.material.density bodies.material.stabilization \
      bodies.inclusions.fiber bodies.position supports.body contact.between cuts.body cuts.weld_tolerance \
      integration.scheme.BackwardEuler.tolerance integration.scheme.EnergyMomentum.tolerance integration.settle. \

@@ -62,10 +62,6 @@ pub struct Body {
     /// a wound's rim, which long steps would otherwise excite; 0 computes none.
     #[serde(default)]
     pub damping_ratio: f64,
-    /// Largest fraction of the mass that may be moved between neighbouring nodes, so that the few lightest
-    /// do not shorten every step; the sum stays. 0 moves none.
-    #[serde(default = "Body::default_moved_mass")]
-    pub moved_mass: f64,
     /// Surface points that are drawn; used only by a scene with pictures.
     #[serde(default)]
     pub surfels: SurfelSettings,
@@ -89,7 +85,6 @@ impl Body {
             cut_rule: CutRule::default(),
             damping: Self::default_damping(),
             damping_ratio: 0.0,
-            moved_mass: Self::default_moved_mass(),
             surfels: SurfelSettings::default(),
         }
     }
@@ -113,10 +108,6 @@ impl Body {
             turn: DMat3::from_quat(turn(self.rotation)),
             position: self.position,
         }
-    }
-
-    const fn default_moved_mass() -> f64 {
-        0.003
     }
 
     const fn default_damping() -> f64 {

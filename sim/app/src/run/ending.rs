@@ -108,7 +108,6 @@ fn body_summary(body: &Body, worst: &Extremes) -> BodySummary {
         spacing: body.spacing,
         volume,
         volume_error: body.volume_error,
-        moved_mass: body.mass_scaling.map_or(0.0, |scaling| scaling.moved),
         mass_before: body.mass,
         mass_after: body.motion.masses().iter().sum(),
         volume_before: body.volume,

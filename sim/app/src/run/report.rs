@@ -60,10 +60,8 @@ fn add_body(rows: &mut Rows, body: &BodySummary) {
     );
     rows.add("size", said);
     let (before, after) = (body.mass_before, body.mass_after);
-    let (change, moved) = (after / before - 1.0, 1e2 * body.moved_mass);
-    let said = format!(
-        "{before:.6} kg before, {after:.6} kg after (change {change:+.1e}); {moved:.2} % moved by a neighbour at first"
-    );
+    let change = after / before - 1.0;
+    let said = format!("{before:.6} kg before, {after:.6} kg after (change {change:+.1e})");
     rows.add("mass", said);
     let [before, after] = [body.volume_before, body.volume_after].map(|volume| 1e3 * volume);
     let change = body.volume_after / body.volume_before - 1.0;

@@ -58,8 +58,6 @@ pub struct BodySummary {
     /// Deviation of that volume from the input surface's, relative; `null` for shapes without a
     /// mesh.
     pub volume_error: Option<f64>,
-    /// Fraction of the mass that was moved between neighbouring nodes before the first step.
-    pub moved_mass: f64,
     /// Mass (kg) before the first step.
     pub mass_before: f64,
     /// Mass (kg) after the last.

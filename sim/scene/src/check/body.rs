@@ -25,8 +25,6 @@ pub(super) fn body(checks: &mut Checks, body: &Body) {
     checks.group("cut_rule", |checks| cut_rule(checks, body.cut_rule));
     let must = "it must lie between 0 (none) and 1 (critical damping of the stiffest mode)";
     checks.within("damping_ratio", body.damping_ratio, 0.0..=1.0, must);
-    let must = "it must lie between 0 (none) and 0.1 (a tenth of the mass); 0.003 lengthens steps by a third";
-    checks.within("moved_mass", body.moved_mass, 0.0..=0.1, must);
     checks.finite("velocity", body.velocity);
     checks.not_negative("damping", body.damping, " (1/s)");
     checks.group("surfels", |checks| {

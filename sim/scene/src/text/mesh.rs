@@ -146,7 +146,6 @@ fn standing(
         ..Cut::new(vec![DVec3::ZERO, DVec3::Z * size.z], path.to_vec())
     });
     scene.integration.duration = 2.5;
-    scene.integration.step_factor = 0.5;
     scene.pictures = Some(Pictures::default());
     scene
 }
