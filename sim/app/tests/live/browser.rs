@@ -130,12 +130,12 @@ fn cut_and_undo(browser: &mut Chromium, live: &Live, first: &Frame) {
     let at = |dx: f64, dy: f64| [x + dx, y + dy];
     browser.drag(&[at(-60.0, -60.0), at(-40.0, 0.0), at(-30.0, 50.0)]);
     step(browser, 60);
-    show("cutting", &browser.screenshot());
+    browser.shot("cutting");
     browser.mouse("mouseReleased", at(-30.0, 50.0));
     step(browser, 250);
     browser.wait("stage.panel.last.severed > 0");
     browser.wait("stage.renderer.bodies[0].surfels > stage.renderer.bodies[0].info.outer");
-    show("cut", &browser.screenshot());
+    browser.shot("cut");
     let cut = frame(&canvas(browser));
     let pairs = cut.pixels.iter().zip(&first.pixels);
     let changed = pairs
@@ -159,7 +159,7 @@ fn press_and_pull(browser: &mut Chromium) {
     browser.key("3");
     browser.drag(&[at(0.0, 0.0), at(4.0, 0.0)]);
     step(browser, 200);
-    show("pressing", &browser.screenshot());
+    browser.shot("pressing");
     let force = browser.number("Math.hypot(...stage.state.tools[0].force)");
     assert!(force > 0.05, "{force} N");
     assert!(browser.number("stage.panel.plot.peak") > 0.05);
@@ -182,7 +182,7 @@ fn press_and_pull(browser: &mut Chromium) {
     browser.key("4");
     browser.drag(&[at(60.0, 0.0), at(80.0, -20.0)]);
     step(browser, 100);
-    show("pulling", &browser.screenshot());
+    browser.shot("pulling");
     let force = browser.number("Math.hypot(...stage.state.grip)");
     assert!(force > 0.02, "{force} N");
     browser.mouse("mouseReleased", at(80.0, -20.0));
@@ -237,7 +237,7 @@ fn play_again(browser: &mut Chromium, steps: u64) {
     };
     browser.evaluate(&bar(500));
     browser.wait(&format!("stage.state.step > {}", steps / 4));
-    show("replaying", &browser.screenshot());
+    browser.shot("replaying");
     let [x, y] = middle(browser);
     browser.key("3");
     browser.stroke(&[[x, y], [x + 4.0, y]]);
@@ -273,7 +273,7 @@ fn a_line_across_the_picture_slices_through() {
     browser.stroke(&[[x, 80.0], [x + 10.0, 470.0]]);
     step(&mut browser, 250);
     browser.wait("stage.panel.last.severed > 0");
-    show("sliced", &browser.screenshot());
+    browser.shot("sliced");
 
     // A gamepad is a second hand: its stick drives the probe in, its button grips.
     browser.evaluate(
@@ -342,7 +342,7 @@ fn the_link_heals_and_nothing_is_lost_unasked() {
     browser.evaluate("document.querySelector('#ask [value=\"\"]').click()");
     assert_eq!(asked(&mut browser, &key("r", false)), json!([]));
     browser.wait("document.getElementById('ask').open");
-    show("asked", &browser.screenshot());
+    browser.shot("asked");
     browser.evaluate("document.querySelector('#ask [value=\"\"]').click()");
     browser.wait("!document.getElementById('ask').open");
     assert_eq!(browser.evaluate("stage.panel.last.strokes"), json!(2));
@@ -352,8 +352,8 @@ fn the_link_heals_and_nothing_is_lost_unasked() {
 
     // A connection that breaks is opened again, with what the session was.
     let before = browser.evaluate(BITS);
-    browser.evaluate("stage.state = null; stage.link.socket.close()");
-    browser.wait("stage.link.socket?.readyState === 1 && stage.state");
+    browser.evaluate("window.lost = stage.scene; stage.link.socket.close()");
+    browser.wait("stage.scene !== window.lost && stage.state");
     assert_eq!(browser.evaluate(BITS), before);
     look_away(&mut browser);
     // An end is said to be one.
@@ -378,7 +378,7 @@ fn fingers_and_pens_cut_sliders_and_dropped_meshes_do_what_they_say() {
     browser.touch("touchEnd", &[]);
     step(&mut browser, 250);
     browser.wait("stage.panel.last.severed > 0");
-    show("finger", &browser.screenshot());
+    browser.shot("finger");
     anew(&mut browser, "stage.link.ask({ do: 'reset' })");
     browser.wait("stage.panel.last.severed === 0");
     let zoom = "stage.camera.distance";
@@ -421,7 +421,7 @@ fn drop_meshes(browser: &mut Chromium, live: &Live) {
     let kept = std::fs::read(live.out.path().join("mesh-001.off")).unwrap();
     assert_eq!(kept, CUBE.as_bytes());
     step(browser, 3);
-    show("dropped", &browser.screenshot());
+    browser.shot("dropped");
     // Its numbers are in metres, or in centimetres: a click.
     let unit = |metres| format!("document.querySelector('[data-unit=\"{metres}\"]').click()");
     let pressed = "document.querySelector('#units [aria-pressed=true]').dataset.unit";

@@ -9,6 +9,8 @@ use serde_json::{Value, json};
 use tempfile::TempDir;
 use tungstenite::{Message, WebSocket};
 
+use crate::page::show;
+
 /// Time that the browser has for an answer: software drawing on a busy machine is slow.
 const PATIENCE: Duration = Duration::from_secs(120);
 
@@ -204,10 +206,12 @@ impl Chromium {
         self.mouse("mouseReleased", places[places.len() - 1]);
     }
 
-    /// What the page looks like, as PNG.
-    pub(crate) fn screenshot(&mut self) -> Vec<u8> {
-        let shot = self.ask("Page.captureScreenshot", &json!({ "format": "png" }));
-        self.bytes(&shot["data"].to_string())
+    /// Writes what the page looks like where `PHYXEL_SHOTS` says; without it, nothing is drawn for that.
+    pub(crate) fn shot(&mut self, name: &str) {
+        if std::env::var_os("PHYXEL_SHOTS").is_some() {
+            let shot = self.ask("Page.captureScreenshot", &json!({ "format": "png" }));
+            show(name, &self.bytes(&shot["data"].to_string()));
+        }
     }
 
     /// Bytes of a text in base 64 (RFC 4648) that an expression gives.

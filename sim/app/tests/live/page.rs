@@ -86,8 +86,8 @@ pub(crate) fn step(browser: &mut Chromium, steps: u64) {
 
 /// Takes steps until an expression is true.
 pub(crate) fn step_until(browser: &mut Chromium, expression: &str) {
-    for _ in 0..40 {
-        step(browser, 10);
+    for _ in 0..10 {
+        step(browser, 40);
         if browser.evaluate(expression) == json!(true) {
             return;
         }

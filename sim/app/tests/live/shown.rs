@@ -128,7 +128,7 @@ fn colours_show_stress_and_contact() {
     let nodes = browser.number("stage.panel.last.nodes");
     let more = format!("stage.state.bytes - {plain} === 4 + 4 * stage.panel.last.nodes");
     assert_eq!(browser.evaluate(&more), json!(true));
-    show("stress", &browser.screenshot());
+    browser.shot("stress");
     let mut session = Session::new(&scene).unwrap();
     let steps = browser.evaluate("stage.state.step").as_u64().unwrap();
     while session.world().steps() < steps {
@@ -154,7 +154,7 @@ fn colours_show_stress_and_contact() {
     browser.evaluate(&color("contact"));
     step_until(&mut browser, "stage.state.tools[0].penetration > 0");
     step(&mut browser, 60);
-    show("contact", &browser.screenshot());
+    browser.shot("contact");
     let pressed = browser.number("stage.state.bodies[0].values[0].filter((p) => p > 0).length");
     assert!(
         pressed > 0.0 && pressed < 0.5 * nodes,
