@@ -8,8 +8,6 @@
 mod determinism;
 /// Hard cases, each with what must happen.
 mod hard_cases;
-/// Scenes turned, mirrored, moved, in other units: a cut releases as much.
-mod invariance;
 /// Cuts by the crates below the world: no capture adds energy.
 mod leaves_cut;
 /// A scene pays for what it needs and for nothing else.

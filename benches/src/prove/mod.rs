@@ -7,6 +7,7 @@ mod elastic;
 mod geodesics;
 mod grids;
 mod indentation;
+mod invariance;
 mod own;
 mod real_meshes;
 mod scattered;
@@ -47,6 +48,7 @@ pub const CLAIMS: &[Claim] = claims! {
     "matrix" scenes::matrix, "a dozen scenes of the matrix keep every limit";
     "grid" grids::grid, "embedded scenes with the enrichment grid end well at three sizes";
     "hertz" studies::hertz, "the study hertz: a sphere on a block, against finite elements and a half-space";
+    "invariance" invariance::invariance, "what a cut releases does not depend on how a scene is given";
     "field" studies::field, "the study field: displacements are read nearer to finite elements than nodes have them";
     "contact" studies::contact, "the study contact: flanks, spheres, bars, sliding";
     "touch" touch::touch, "hard cases of bodies and flanks that touch";

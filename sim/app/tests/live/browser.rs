@@ -95,6 +95,7 @@ fn compare_places(browser: &mut Chromium, scene: &Scene) {
 
 /// The first minute of a user.
 #[test]
+#[ignore = "takes software half a minute; `.ci/run` asks for it"]
 fn someone_cuts_undoes_presses_and_saves_in_a_browser() {
     let scene = liver(400, 4_000);
     let Some((live, mut browser)) = opened(&scene, [640, 400]) else {
