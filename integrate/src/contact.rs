@@ -102,10 +102,19 @@ pub(crate) enum Limit {
     Lagged,
 }
 
-/// What an ascending list has of a point.
-fn of_point<T: Copy>(list: &[(u32, T)], point: u32) -> Option<T> {
-    let found = list.binary_search_by_key(&point, |entry| entry.0);
-    found.ok().map(|place| list[place].1)
+/// An ascending list, from the last point on that was asked for: none before it is asked for again.
+struct Ascending<'a, T>(&'a [(u32, T)]);
+
+impl<T: Copy> Ascending<'_, T> {
+    fn of(&mut self, point: u32) -> Option<T> {
+        while let [(next, value), rest @ ..] = self.0 {
+            if *next >= point {
+                return (*next == point).then_some(*value);
+            }
+            self.0 = rest;
+        }
+        None
+    }
 }
 
 /// A surface that can touch a tool, with the state of that contact.
@@ -292,6 +301,7 @@ impl Contact {
         let surface = &self.surface;
         let placed = shape.placed(pose);
         let lagged = friction == Some(Limit::Lagged);
+        let mut limits = Ascending(&self.limits);
         for &group in &semi_implicit.near {
             for point in surface.points(group) {
                 let bound = surface.weights_of(group, point);
@@ -300,9 +310,7 @@ impl Contact {
                     .map(|(n, w)| semi_implicit.positions[n] * w)
                     .sum();
                 let touches = placed.value(position) < 0.0;
-                if !(touches
-                    || lagged && of_point(&self.limits, point).is_some_and(|limit| limit > 0.0))
-                {
+                if !(touches || lagged && limits.of(point).is_some_and(|limit| limit > 0.0)) {
                     continue;
                 }
                 let at = placed.distance(position);

@@ -1,6 +1,6 @@
 //! Coulomb friction by return mapping, with limits of the moment or lagged ones.
 
-use super::{Contact, ContactForce, ContactPoint, Limit, of_point};
+use super::{Ascending, Contact, ContactForce, ContactPoint, Limit};
 use crate::shape::{Pose, RigidShape, outer};
 use glam::{DMat3, DVec3};
 
@@ -41,9 +41,9 @@ impl Contact {
         let limits: Vec<(u32, f64)> = self.active.iter().map(limit).collect();
         let largest = limits.iter().map(|limit| limit.1).fold(0.0, f64::max);
         let change = |of: &[(u32, f64)], from: &[(u32, f64)]| {
-            let change = |&(point, limit): &(u32, f64)| {
-                f64::abs(limit - of_point(from, point).unwrap_or(0.0))
-            };
+            let mut from = Ascending(from);
+            let change =
+                |&(point, limit): &(u32, f64)| f64::abs(limit - from.of(point).unwrap_or(0.0));
             of.iter().map(change).fold(0.0, f64::max)
         };
         let change = change(&limits, &self.limits).max(change(&self.limits, &limits));
@@ -86,8 +86,9 @@ impl Contact {
         }
         let k = self.settings.penalty;
         let placed = shape.placed(pose);
+        let (mut anchors, mut limits) = (Ascending(&self.sticking), Ascending(&self.limits));
         for active in &mut self.active {
-            let Some(anchor) = of_point(&self.sticking, active.point) else {
+            let Some(anchor) = anchors.of(active.point) else {
                 active.traction = DVec3::ZERO;
                 continue;
             };
@@ -95,7 +96,7 @@ impl Contact {
             let (limit, normal) = match limit {
                 Limit::Present => (self.settings.friction * active.pressure, active.normal),
                 Limit::Lagged => {
-                    let limit = of_point(&self.limits, active.point);
+                    let limit = limits.of(active.point);
                     (limit.unwrap_or(0.0), placed.distance(anchor).normal)
                 }
             };
