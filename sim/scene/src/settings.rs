@@ -29,7 +29,7 @@ impl Default for Integration {
             duration: 4.0,
             scheme: Scheme::default(),
             // Of 60 scenes of `benches -- random --seed 6464` all end with an energy-balance error of at most 2.2e-3 (the limit is
-            // 0.02). With 0.7 one of 61 of `--seed 1010` had 0.26 and three 0.006 to 0.013; with 0.5 none of 100 was above 3.2e-3.
+            // 0.02); with 0.7 one of 61 of `--seed 1010` had 0.26.
             step_factor: 0.6,
             settle: Some(Settle::default()),
         }

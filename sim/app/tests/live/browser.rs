@@ -7,9 +7,9 @@ use phyxel_cli::live::Session;
 use phyxel_splat::Frame;
 use serde_json::json;
 
-use crate::chromium::Chromium;
+use crate::chromium::{Chromium, show};
 use crate::page::{
-    Live, anew, drop_of, middle, opened, pause, read_once_there, show, step, step_until,
+    Live, anew, drop_of, middle, opened, pause, read_once_there, step, step_until,
     unloaded_and_paused,
 };
 use crate::session::{liver, run_of_files};

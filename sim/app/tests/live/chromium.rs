@@ -9,8 +9,6 @@ use serde_json::{Value, json};
 use tempfile::TempDir;
 use tungstenite::{Message, WebSocket};
 
-use crate::page::show;
-
 /// Time that the browser has for an answer: software drawing on a busy machine is slow.
 const PATIENCE: Duration = Duration::from_secs(120);
 
@@ -18,6 +16,13 @@ const FLAGS: &str = "--headless --no-sandbox --disable-quic --no-first-run \
     --disable-background-networking --disable-component-update --disable-sync \
     --disable-dev-shm-usage --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader \
     --remote-debugging-port=0";
+
+/// Writes a picture where `PHYXEL_SHOTS` says.
+pub(crate) fn show(name: &str, png: &[u8]) {
+    if let Some(folder) = std::env::var_os("PHYXEL_SHOTS") {
+        std::fs::write(PathBuf::from(folder).join(format!("{name}.png")), png).unwrap();
+    }
+}
 
 /// The browser with one page.
 pub(crate) struct Chromium {

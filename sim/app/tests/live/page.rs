@@ -1,6 +1,6 @@
 //! A session with its server, and a browser that looks at it.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::thread::JoinHandle;
 
 use phyxel::scene::Scene;
@@ -67,13 +67,6 @@ impl Drop for Live {
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
         }
-    }
-}
-
-/// Writes a picture where `PHYXEL_SHOTS` says.
-pub(crate) fn show(name: &str, png: &[u8]) {
-    if let Some(folder) = std::env::var_os("PHYXEL_SHOTS") {
-        std::fs::write(PathBuf::from(folder).join(format!("{name}.png")), png).unwrap();
     }
 }
 

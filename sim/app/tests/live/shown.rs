@@ -8,8 +8,8 @@ use phyxel_elastic::von_mises_stress;
 use phyxel_splat::Frame;
 use serde_json::json;
 
-use crate::chromium::Chromium;
-use crate::page::{Live, middle, opened, pause, show, step, step_until};
+use crate::chromium::{Chromium, show};
+use crate::page::{Live, middle, opened, pause, step, step_until};
 use crate::session::liver;
 
 /// A liver of so many surfels that does not come to rest, its page, and the browser that stands after some steps.
