@@ -130,9 +130,10 @@ export class Panel {
     }
     const dialog = get("ask");
     get("ask-text").textContent = `${question} It takes ${strokes === 1 ? "your stroke" : `your ${strokes} strokes`} away.`;
-    get("ask-yes").textContent = yes;
-    dialog.onclose = () => dialog.returnValue && action();
-    dialog.returnValue = "";
+    const answer = get("ask-yes");
+    answer.textContent = yes;
+    // A dialog's close event waits for a picture: after slow ones, those of declined questions would act as well.
+    answer.onclick = action;
     dialog.showModal();
   }
 

@@ -355,6 +355,8 @@ fn the_link_heals_and_nothing_is_lost_unasked() {
     let before = browser.evaluate(BITS);
     browser.evaluate("window.lost = stage.scene; stage.link.socket.close()");
     browser.wait("stage.scene !== window.lost && stage.state");
+    // One answer is one reset, whatever was asked and declined before it.
+    assert_eq!(browser.evaluate("stage.scene.epoch"), json!(2));
     assert_eq!(browser.evaluate(BITS), before);
     look_away(&mut browser);
     // An end is said to be one.
