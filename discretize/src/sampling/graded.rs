@@ -10,6 +10,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::mesh::{Groups, index, rows, tetrahedron_volume};
+use crate::sampling::sides::first_error;
 use crate::sampling::{
     Background, Cell, Edge, Octree, SampleError, Solid, Visit, WARP_LONG, WARP_SHORT,
 };
@@ -203,17 +204,14 @@ impl Background for Graded<'_> {
             }
         }
         let roots: Vec<u32> = (0..n).map(|v| alike.find(index(v))).collect();
-        let own: Vec<i8> = (0..n)
-            .into_par_iter()
-            .with_min_len(256)
-            .map(|v| {
-                if roots[v] as usize == v {
-                    solid.sign_at(self.position(index(v)))
-                } else {
-                    Ok(0)
-                }
-            })
-            .collect::<Result<_, _>>()?;
+        let own = (0..n).into_par_iter().with_min_len(256).map(|v| {
+            if roots[v] as usize == v {
+                solid.sign_at(self.position(index(v)))
+            } else {
+                Ok(0)
+            }
+        });
+        let own = first_error(own)?;
         Ok(roots.into_iter().map(|r| own[r as usize]).collect())
     }
 

@@ -4,6 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::mesh::{Bounds, Hierarchy, Mesh, index};
+use crate::sampling::sides::first_error;
 use crate::sampling::{Background, Edge, SampleError, Solid, Visit};
 
 /// A lattice point moves onto the surface if a cut lies within this fraction of a long edge.
@@ -170,15 +171,13 @@ impl Background for Lattice {
 /// Signs by the function of an implicit body.
 fn signs_implicit(solid: &Solid, lattice: &Lattice) -> Result<Vec<i8>, SampleError> {
     let mut sign = vec![0_i8; lattice.point_count()];
-    sign.par_chunks_mut(4096)
-        .enumerate()
-        .try_for_each(|(chunk, out)| {
-            for (offset, sign) in out.iter_mut().enumerate() {
-                *sign = solid.sign_at(lattice.position(index(chunk * 4096 + offset)))?;
-            }
-            Ok(())
-        })?;
-    Ok(sign)
+    let chunks = sign.par_chunks_mut(4096).enumerate().map(|(chunk, out)| {
+        for (offset, sign) in out.iter_mut().enumerate() {
+            *sign = solid.sign_at(lattice.position(index(chunk * 4096 + offset)))?;
+        }
+        Ok(())
+    });
+    first_error(chunks).map(|_: Vec<()>| sign)
 }
 
 /// Signs by winding number. Lattice rows run along x; a point whose step from its predecessor

@@ -4,6 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::mesh::Bounds;
+use crate::sampling::sides::first_error;
 use crate::sampling::{Grading, SampleError, Solid, too_fine};
 
 /// Most halvings between the largest and the smallest cell.
@@ -293,10 +294,7 @@ fn refine(
 ) -> Result<Vec<Cell>, SampleError> {
     let mut leaves = Vec::new();
     while !open.is_empty() {
-        let split: Vec<bool> = open
-            .par_iter()
-            .map(&wants_split)
-            .collect::<Result<_, _>>()?;
+        let split = first_error(open.par_iter().map(&wants_split))?;
         let mut next = Vec::new();
         for (c, split) in open.into_iter().zip(split) {
             if split {

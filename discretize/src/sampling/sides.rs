@@ -1,6 +1,7 @@
 //! What stuffing asks of a body: signs at lattice points and crossings of edges.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use crate::mesh::{Crossing, Groups};
 use crate::sampling::{SHIFT, SampleError, Solid};
@@ -12,6 +13,14 @@ const ON_SURFACE: f64 = 1e-13;
 const OFFSET: f64 = 1.0 / 1024.0;
 /// Halvings of an edge until its crossing is known to round-off.
 const HALVINGS: usize = 60;
+
+/// All of them, or the error of the first that has one: on threads, `collect` returns that of any.
+pub(crate) fn first_error<T: Send>(
+    all: impl IndexedParallelIterator<Item = Result<T, SampleError>>,
+) -> Result<Vec<T>, SampleError> {
+    let all: Vec<Result<T, SampleError>> = all.collect();
+    all.into_iter().collect()
+}
 
 impl Solid {
     /// By how much of a cell the background leaves the box's lower corner. A face of a mesh in a plane of
@@ -112,5 +121,37 @@ impl Solid {
             }
         }
         inside + a * (outside - inside)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::time::Duration;
+
+    /// A thread that waits before the first error does not let a later one pass for it.
+    #[test]
+    fn the_first_error_is_returned_on_any_number_of_threads() {
+        for threads in [1, 2] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+            let found = pool.build().unwrap().install(|| {
+                first_error((0..64_u8).into_par_iter().map(|k| {
+                    if k == 0 {
+                        std::thread::sleep(Duration::from_millis(20));
+                    }
+                    let at = DVec3::splat(f64::from(k));
+                    let fails = k == 3 || k > 40;
+                    if fails {
+                        Err(SampleError::NotANumber { at })
+                    } else {
+                        Ok(k)
+                    }
+                }))
+            });
+            let first = SampleError::NotANumber {
+                at: DVec3::splat(3.0),
+            };
+            assert_eq!(found.unwrap_err().to_string(), first.to_string());
+        }
     }
 }

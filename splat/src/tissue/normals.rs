@@ -56,7 +56,9 @@ pub fn estimate_normals(points: &[DVec3]) -> Result<Vec<DVec3>, SurfelError> {
         let near = near.iter().map(|&k| points[k as usize]);
         normal_of_plane(near).ok_or(SurfelError::NoPlane { point })
     });
-    let mut normals = normals.collect::<Result<Vec<_>, _>>()?;
+    // In two passes: on threads any of several errors would be the one returned.
+    let normals: Vec<_> = normals.collect();
+    let mut normals = normals.into_iter().collect::<Result<Vec<_>, _>>()?;
     turn_outward(points, near, &mut normals);
     Ok(normals)
 }
