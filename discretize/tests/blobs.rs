@@ -84,7 +84,7 @@ fn blob() -> impl Strategy<Value = Blob> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(10))]
+    #![proptest_config(ProptestConfig::with_cases(6))]
     #[test]
     fn random_blobs_in_any_frame_and_scale(
         blob in blob(), fine in vector(1.0), factor in 0.2..1.0_f64, coarsest in 1.0..6.0_f64,

@@ -72,8 +72,8 @@ fn a_hundred_cuts() {
         .map(|k| {
             let begin = 1e-3 * f64::from(k);
             let from = point(0.04);
-            let to = from + point(0.05);
-            stroke(&k.to_string(), point(0.04), from, to, [begin, begin + 5e-5])
+            let to = from + point(0.03);
+            stroke(&k.to_string(), point(0.03), from, to, [begin, begin + 5e-5])
         })
         .collect();
     let mut world = cut(&BLOCK.replace("Nodes(500)", "Nodes(150)"), &strokes);

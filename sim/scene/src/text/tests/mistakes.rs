@@ -57,7 +57,8 @@ fn every_broken_value_has_its_message() {
     }
 }
 
-/// Damage at any byte gives a scene or an error with a position inside the text, never a panic.
+/// Damage at any byte gives a scene or an error with a position inside the text, never a panic. One kind of damage
+/// each: what is missing, ended there or put in.
 #[test]
 fn damaged_text_gives_lines_with_places() {
     let scene = embedded("minimal", &[]).expect("it is valid");
@@ -69,23 +70,24 @@ fn damaged_text_gives_lines_with_places() {
     for (text, syntax, put_in) in texts {
         let lines = text.lines().count();
         let mut failed = 0;
-        for (at, c) in text.char_indices() {
+        for (k, (at, c)) in text.char_indices().enumerate() {
             let (before, after) = (&text[..at], &text[at + c.len_utf8()..]);
-            let put_in = put_in.iter().map(|c| format!("{before}{c}{after}"));
-            let damaged = [format!("{before}{after}"), before.to_owned()];
-            for damaged in damaged.into_iter().chain(put_in) {
-                let read = finished(&damaged, syntax, "test", "".as_ref(), &[]);
-                let Err(error) = read else { continue };
-                failed += 1;
-                let told = error.to_string();
-                assert!(!told.contains('\n'), "damage at {at}: {told}");
-                let TextError::At { place, .. } = error else {
-                    panic!("damage at {at}: {told}");
-                };
-                let (line, _) = place.position.expect("the text is at hand");
-                assert!((1..=lines + 1).contains(&line), "damage at {at}: {told}");
-            }
+            let damaged = match k % (put_in.len() + 2) {
+                0 => format!("{before}{after}"),
+                1 => before.to_owned(),
+                kind => format!("{before}{}{after}", put_in[kind - 2]),
+            };
+            let read = finished(&damaged, syntax, "test", "".as_ref(), &[]);
+            let Err(error) = read else { continue };
+            failed += 1;
+            let told = error.to_string();
+            assert!(!told.contains('\n'), "damage at {at}: {told}");
+            let TextError::At { place, .. } = error else {
+                panic!("damage at {at}: {told}");
+            };
+            let (line, _) = place.position.expect("the text is at hand");
+            assert!((1..=lines + 1).contains(&line), "damage at {at}: {told}");
         }
-        assert!(failed > text.len(), "{failed} damages are reported");
+        assert!(2 * failed > text.len(), "{failed} damages are reported");
     }
 }
