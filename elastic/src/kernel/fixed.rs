@@ -37,8 +37,8 @@ struct Read<const L: usize> {
 impl<const L: usize> Read<L> {
     fn new(blocks: usize) -> Self {
         Self {
-            anchors: vec![Sixteen([[0.0; L]; BLOCK]); blocks],
-            records: vec![Sixteen([[[0.0; L]; 3]; BLOCK]); blocks],
+            anchors: vec![Sixteen::of([0.0; L]); blocks],
+            records: vec![Sixteen::of([[0.0; L]; 3]); blocks],
         }
     }
 
@@ -178,7 +178,7 @@ impl Tables {
         let is_corrected = !multipliers.is_empty();
         let corrected = if is_corrected { count } else { 0 };
         let under_control = if controlled { count } else { 0 };
-        let (one, zero) = ([1.0; BLOCK], [0.0; BLOCK]);
+        let (one, zero) = (Plane::of(1.0), Plane::of(0.0));
         let mut tables = Self {
             origin: frame.map_or_else(|| [middle(rest), middle(multipliers)], |frame| frame.origin),
             lanes: if is_corrected {
@@ -423,10 +423,10 @@ pub(crate) struct Lane {
 impl Lane {
     pub(crate) fn new() -> Self {
         Self {
-            matrix: [[0.0; BLOCK]; 9],
-            inverse: [[0.0; BLOCK]; 6],
-            scale: [0.0; BLOCK],
-            control: [0.0; BLOCK],
+            matrix: [Plane::of(0.0); 9],
+            inverse: [Plane::of(0.0); 6],
+            scale: Plane::of(0.0),
+            control: Plane::of(0.0),
         }
     }
 }

@@ -223,7 +223,7 @@ impl<const L: usize> Stresses<'_, L> {
             for (lane, force) in forces.iter_mut().enumerate() {
                 *force = DVec3::from_array(block.own_force(lane));
             }
-            for (lane, (sum, work)) in energies.iter_mut().zip(&block.work).enumerate() {
+            for (lane, (sum, work)) in energies.iter_mut().zip(&*block.work).enumerate() {
                 *sum += if lane < count { *work } else { 0.0 };
             }
             if model.inactive.are_unstrained(first..first + count)

@@ -33,7 +33,7 @@ impl Laws {
     pub(crate) fn new(model: &Model) -> Self {
         let law = model.coefficients[0].plain_constants();
         Self {
-            law: law.map(|value| [value; BLOCK]),
+            law: law.map(Plane::of),
             volume: ZERO,
         }
     }
@@ -71,7 +71,7 @@ pub(crate) fn wide(of: &[f64], first: usize, count: usize) -> Plane {
         .get(first..first + BLOCK)
         .and_then(|of| of.try_into().ok())
     {
-        return whole;
+        return Sixteen(whole);
     }
     let mut lanes = ZERO;
     lanes[..count].copy_from_slice(&of[first..first + count]);
@@ -166,7 +166,7 @@ impl<const L: usize> Block<L> {
             let s = &self.sums[r];
             for c in 0..3 {
                 let b = &constants.matrix[3 * c..3 * c + 3];
-                let mut sum = [if r == c { one } else { 0.0 }; BLOCK];
+                let mut sum = Plane::of(if r == c { one } else { 0.0 });
                 if let (true, Some(scale)) = (L > 4, constants.scale) {
                     sum = add::<A>(&s[(ONE + 1 + c) % L], scale, &sum);
                 }

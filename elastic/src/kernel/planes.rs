@@ -9,7 +9,7 @@ use std::hint::black_box;
 use crate::kernel::storage::{BLOCK, Plane};
 use crate::law::arithmetic::Arithmetic;
 
-pub(crate) const ZERO: Plane = [0.0; BLOCK];
+pub(crate) const ZERO: Plane = Plane::of(0.0);
 
 /// `a b + c`, lane by lane. Into a plane of its own: loops that write where they read are turned
 /// inside out by compilers, and then gather.

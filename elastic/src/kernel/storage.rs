@@ -1,5 +1,6 @@
 //! How what belongs to nodes is laid out, and shared out among threads.
 
+use std::ops::{Deref, DerefMut};
 use std::sync::{Mutex, PoisonError};
 
 use glam::{DMat3, DVec3};
@@ -9,15 +10,39 @@ use rayon::prelude::*;
 pub(crate) const BLOCK: usize = 16;
 
 /// One number per node of a block.
-pub(crate) type Plane = [f64; BLOCK];
+pub(crate) type Plane = Sixteen<f64>;
 
 /// A matrix of each node of a block, row by row.
 pub(crate) type Planes = [Plane; 9];
 
-/// What belongs to the nodes of a block, node after node, from a cache line's start on.
+/// What belongs to the nodes of a block, node after node, from a cache line's start on: a vector register that is as long
+/// as a line is then read from one.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 pub(crate) struct Sixteen<T>(pub(crate) [T; BLOCK]);
+
+impl<T: Copy> Sixteen<T> {
+    /// The same for all nodes.
+    pub(crate) const fn of(value: T) -> Self {
+        Self([value; BLOCK])
+    }
+}
+
+impl<T> Deref for Sixteen<T> {
+    type Target = [T; BLOCK];
+
+    #[inline(always)]
+    fn deref(&self) -> &Self::Target {
+        &self.0
+    }
+}
+
+impl<T> DerefMut for Sixteen<T> {
+    #[inline(always)]
+    fn deref_mut(&mut self) -> &mut Self::Target {
+        &mut self.0
+    }
+}
 
 /// What is stored of `node` in blocks.
 #[inline(always)]

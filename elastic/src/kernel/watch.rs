@@ -35,8 +35,8 @@ impl Watching {
             watched: !model.gradient_squares.is_empty(),
             volumes: ZERO,
             squares: ZERO,
-            ratios: [Watch::NOTHING.ratio; BLOCK],
-            stiffness: [Watch::NOTHING.stiffness; BLOCK],
+            ratios: Plane::of(Watch::NOTHING.ratio),
+            stiffness: Plane::of(Watch::NOTHING.stiffness),
         }
     }
 
@@ -78,8 +78,8 @@ impl Watching {
     /// What [`Watching::see`] takes in of the block at hand alone.
     pub(crate) fn of_block(&self, ratios: &Plane, bounds: &Plane) -> Watch {
         let mut alone = Self {
-            ratios: [Watch::NOTHING.ratio; BLOCK],
-            stiffness: [Watch::NOTHING.stiffness; BLOCK],
+            ratios: Plane::of(Watch::NOTHING.ratio),
+            stiffness: Plane::of(Watch::NOTHING.stiffness),
             ..self.clone()
         };
         alone.see(ratios, bounds);
@@ -88,7 +88,7 @@ impl Watching {
 
     /// The worst of all that was seen, and of what was seen elsewhere.
     pub(crate) fn worst(&self, elsewhere: Watch) -> Watch {
-        let lanes = self.ratios.iter().zip(&self.stiffness);
+        let lanes = self.ratios.iter().zip(&*self.stiffness);
         lanes.fold(elsewhere, |worst, (&ratio, &stiffness)| {
             worst.and(Watch { ratio, stiffness })
         })
