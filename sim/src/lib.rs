@@ -6,6 +6,7 @@
 mod trainer {}
 
 mod alarm;
+mod awake;
 mod body;
 mod body_state;
 mod capture;

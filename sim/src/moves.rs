@@ -5,6 +5,7 @@ use std::time::Instant;
 use glam::DVec3;
 use phyxel_integrate::{Applied, StepView};
 
+use crate::awake::awake;
 use crate::deformable::DeformableBodies;
 use crate::error::{WorldError, in_body};
 use crate::phases::{Phase, Phases, StepTimes};
@@ -31,13 +32,18 @@ impl World {
             }
         }
         let (bodies, phases) = (&mut self.bodies, &mut self.phases);
-        let Some(contact) = &mut self.deformable else {
-            let mut bodies = bodies.iter_mut();
-            return bodies.try_for_each(|body| body.step(step, None, phases));
-        };
-        let gravity = self.scene.gravity.map_or(DVec3::ZERO, |g| g.acceleration);
-        contact.begin_step(bodies, gravity.length());
-        advance_together(bodies, 0, contact, step, phases)
+        // Passes over the nodes of a shared body are not taken here.
+        let here = bodies.iter().filter(|body| body.shared.is_none());
+        let largest = here.map(|body| body.rest.len()).max();
+        awake(largest.unwrap_or(0), || {
+            let Some(contact) = &mut self.deformable else {
+                let mut bodies = bodies.iter_mut();
+                return bodies.try_for_each(|body| body.step(step, None, phases));
+            };
+            let gravity = self.scene.gravity.map_or(DVec3::ZERO, |g| g.acceleration);
+            contact.begin_step(bodies, gravity.length());
+            advance_together(bodies, 0, contact, step, phases)
+        })
     }
 }
 

@@ -12,8 +12,8 @@ pub(crate) struct SemiImplicit {
     pub(super) forces: Vec<DVec3>,
     /// Groups that may touch.
     pub(super) near: Vec<u32>,
-    /// Where nothing was near when it was last looked for, if so.
-    clear: Option<Clearance>,
+    /// Where all groups were looked at.
+    clearance: Option<Clearance>,
     /// Members of those groups.
     pub(super) local: Vec<u32>,
     pub(super) marked: Vec<bool>,
@@ -33,7 +33,7 @@ pub(crate) struct SemiImplicit {
     pub(super) loose: Vec<u32>,
 }
 
-/// That no group could touch: until a member has moved so far, none can.
+/// That no group but some could touch: until a member has moved so far past the tool, no other can.
 #[derive(Debug, Clone)]
 struct Clearance {
     shape: RigidShape,
@@ -41,6 +41,20 @@ struct Clearance {
     positions: Vec<DVec3>,
     /// Distance (m), squared.
     distance_squared: f64,
+    /// Those that could, with a margin of the largest group's radius.
+    groups: Vec<u32>,
+}
+
+impl Clearance {
+    fn holds(&self, shape: &RigidShape, pose: &Pose, positions: &[DVec3]) -> bool {
+        // Distances are those in the tool's frame.
+        let shift = pose.position - self.pose.position;
+        let near =
+            |(a, b): (&DVec3, &DVec3)| a.distance_squared(*b - shift) < self.distance_squared;
+        (self.shape, self.pose.rotation) == (*shape, pose.rotation)
+            && self.positions.len() == positions.len()
+            && self.positions.iter().zip(positions).all(near)
+    }
 }
 
 impl PartialEq for SemiImplicit {
@@ -68,44 +82,53 @@ impl SemiImplicit {
         pose: &Pose,
         sticking: &[(u32, DVec3)],
     ) {
-        self.near.clear();
-        if let Some(clear) = &self.clear
-            && (clear.shape, clear.pose) == (*shape, *pose)
-            && clear.positions.len() == self.positions.len()
-            && (clear.positions.iter().zip(&self.positions))
-                .all(|(a, b)| a.distance_squared(*b) < clear.distance_squared)
-        {
-            return;
-        }
+        let sticks = |group: u32| {
+            let points = surface.points(group);
+            let next = sticking.get(sticking.partition_point(|stuck| stuck.0 < points.start));
+            next.is_some_and(|stuck| stuck.0 < points.end)
+        };
         let placed = shape.placed(pose);
-        // Points are means of their members, and so move no farther.
-        let mut least = f64::INFINITY;
-        for group in 0..surface.group_count() {
+        let positions = &self.positions;
+        // The middle's distance from the tool, and how far from it (squared) its members are. Points are means of these,
+        // and so move no farther.
+        let reach = |group: u32| {
             let members = surface.group_members(group);
-            let at = |member: &u32| self.positions[*member as usize];
+            let at = |member: &u32| positions[*member as usize];
             let sum: DVec3 = members.iter().map(at).sum();
             let middle = sum * surface.share(group);
-            let value = placed.value(middle);
             let away = members
                 .iter()
                 .map(|member| middle.distance_squared(at(member)));
-            let farthest = away.fold(0.0, f64::max);
-            let points = surface.points(group);
-            let sticks = sticking.get(sticking.partition_point(|stuck| stuck.0 < points.start));
-            let sticks = sticks.is_some_and(|stuck| stuck.0 < points.end);
-            if value <= 0.0 || farthest >= value * value || sticks {
-                self.near.push(group);
-            } else {
-                least = least.min(value - farthest.sqrt());
+            (placed.value(middle), away.fold(0.0, f64::max))
+        };
+        let held = self.clearance.take();
+        let clearance = held.filter(|held| held.holds(shape, pose, positions));
+        let clearance = clearance.unwrap_or_else(|| {
+            let reaches: Vec<(f64, f64)> = (0..surface.group_count()).map(reach).collect();
+            let largest = reaches.iter().map(|reach| reach.1).fold(0.0, f64::max);
+            let slack = |(value, farthest): &(f64, f64)| value - farthest.sqrt();
+            let (mut groups, mut least) = (Vec::new(), f64::INFINITY);
+            for (group, slack) in (0..).zip(reaches.iter().map(slack)) {
+                if slack <= largest.sqrt() || sticks(group) {
+                    groups.push(group);
+                } else {
+                    least = least.min(slack);
+                }
             }
-        }
-        let is_clear = self.near.is_empty();
-        self.clear = is_clear.then(|| Clearance {
-            shape: *shape,
-            pose: *pose,
-            positions: self.positions.clone(),
-            distance_squared: least * least,
+            Clearance {
+                shape: *shape,
+                pose: *pose,
+                positions: positions.clone(),
+                distance_squared: least * least,
+                groups,
+            }
         });
+        self.near.clear();
+        self.near.extend(clearance.groups.iter().filter(|&&group| {
+            let (value, farthest) = reach(group);
+            value <= 0.0 || farthest >= value * value || sticks(group)
+        }));
+        self.clearance = Some(clearance);
     }
 
     /// Keeps the groups with a point in contact.

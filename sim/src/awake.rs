@@ -1,0 +1,66 @@
+//! Threads that stay awake over a step.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Nodes from which the passes over a body are shared out.
+const SHARED: usize = 1024;
+
+/// Runs `work` while the other threads of the pool look for parts of it. Between two passes of a step they would fall
+/// asleep, and waking takes longer than a pass does. Does nothing of that for fewer than 1,024 `nodes`, which no pass shares
+/// out, and outside of a pool.
+pub(crate) fn awake<R: Send>(nodes: usize, work: impl FnOnce() -> R + Send) -> R {
+    if nodes < SHARED || rayon::current_thread_index().is_none() {
+        return work();
+    }
+    let done = AtomicBool::new(false);
+    rayon::scope(|scope| {
+        for _ in 1..rayon::current_num_threads() {
+            scope.spawn(|_| attend(&done));
+        }
+        // Also if the work panics.
+        let _end = End(&done);
+        work()
+    })
+}
+
+fn attend(done: &AtomicBool) {
+    while !done.load(Ordering::Acquire) {
+        if rayon::yield_now() != Some(rayon::Yield::Executed) {
+            // Other programs may need the core.
+            std::thread::yield_now();
+        }
+    }
+}
+
+struct End<'a>(&'a AtomicBool);
+
+impl Drop for End<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Release);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::panic::{AssertUnwindSafe, catch_unwind};
+
+    /// It gives what the work gives, shared out or not, and ends where that panics.
+    #[test]
+    fn all_of_the_work_is_done_once() {
+        for threads in [1, 2, 3] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+            let pool = pool.build().unwrap();
+            for nodes in [0, SHARED] {
+                let sum = || {
+                    let halves = rayon::join(|| 1 + nodes, || awake(nodes, || 2 + nodes));
+                    halves.0 + halves.1
+                };
+                assert_eq!(awake(nodes, sum), 3 + 2 * nodes);
+                assert_eq!(pool.install(|| awake(nodes, sum)), 3 + 2 * nodes);
+                let fails = || pool.install(|| awake(nodes, || panic!("at work")));
+                assert!(catch_unwind(AssertUnwindSafe(fails)).is_err());
+            }
+        }
+    }
+}
