@@ -1,17 +1,41 @@
 //! Threads that stay awake over a step.
 
+use std::cell::Cell;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Nodes from which the passes over a body are shared out.
 const SHARED: usize = 1024;
 
+thread_local! {
+    /// Whether this thread takes a step, or looks for work of one.
+    static TAKEN: Cell<bool> = const { Cell::new(false) };
+}
+
+/// That the thread is taken, until dropped.
+struct Taken(());
+
+impl Taken {
+    fn take() -> Option<Self> {
+        (!TAKEN.replace(true)).then_some(Self(()))
+    }
+}
+
+impl Drop for Taken {
+    fn drop(&mut self) {
+        TAKEN.set(false);
+    }
+}
+
 /// Runs `work` while the other threads of the pool look for parts of it. Between two passes of a step they would fall
 /// asleep, and waking takes longer than a pass does. Does nothing of that for fewer than 1,024 `nodes`, which no pass shares
-/// out, and outside of a pool.
+/// out, outside of a pool, and within work that is awake.
 pub(crate) fn awake<R: Send>(nodes: usize, work: impl FnOnce() -> R + Send) -> R {
     if nodes < SHARED || rayon::current_thread_index().is_none() {
         return work();
     }
+    let Some(_taken) = Taken::take() else {
+        return work();
+    };
     let done = AtomicBool::new(false);
     rayon::scope(|scope| {
         for _ in 1..rayon::current_num_threads() {
@@ -23,7 +47,9 @@ pub(crate) fn awake<R: Send>(nodes: usize, work: impl FnOnce() -> R + Send) -> R
     })
 }
 
+/// Not on a thread that is taken: two steps in one pool would wait for each other.
 fn attend(done: &AtomicBool) {
+    let Some(_taken) = Taken::take() else { return };
     while !done.load(Ordering::Acquire) {
         if rayon::yield_now() != Some(rayon::Yield::Executed) {
             // Other programs may need the core.
@@ -44,6 +70,20 @@ impl Drop for End<'_> {
 mod tests {
     use super::*;
     use std::panic::{AssertUnwindSafe, catch_unwind};
+
+    /// A thread that takes a step waits for no other one, and is free after it, also where that panics.
+    #[test]
+    fn steps_do_not_wait_for_each_other() {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1);
+        let pool = pool.build().unwrap();
+        pool.install(|| {
+            let never = AtomicBool::new(false);
+            awake(SHARED, || attend(&never));
+            let fails = || awake(SHARED, || panic!("at work"));
+            assert!(catch_unwind(fails).is_err());
+            assert!(!TAKEN.get());
+        });
+    }
 
     /// It gives what the work gives, shared out or not, and ends where that panics.
     #[test]
