@@ -99,7 +99,8 @@ impl World {
     /// Builds the bodies of a scene and chooses the step. The scene settles first unless it says
     /// otherwise: [`World::play`] does all of it.
     ///
-    /// Set-up and steps take the threads of the current `rayon` pool; `ThreadPool::install` chooses another. Set-up cannot be
+    /// Set-up and steps take the threads of the current `rayon` pool; `ThreadPool::install` chooses another. Steps that are
+    /// taken within it keep its threads awake; from outside, each pass waits until they wake. Set-up cannot be
     /// cancelled and takes most of a minute for 1e6 nodes, so a program that must answer gives it a thread of its own.
     ///
     /// # Errors
