@@ -89,11 +89,15 @@ fn culling_changes_nothing() {
         let (mut culled, mut x, shape, pose) = random_case(seed);
         let mut brute = culled.clone();
         let mut random = Random::new(seed);
-        // From where the shape is to far above it, and back.
+        // From far above the shape through it to far below.
         for k in 0..40_u32 {
-            let lift = DVec3::Z * 3.0 * (0.08 * f64::from(k)).sin();
+            let lift = DVec3::Z * 3.0 * (0.08 * f64::from(k)).cos();
             x.iter_mut().for_each(|x| *x += random.vector(0.01));
+            // In every other case the tool moves as far the other way.
+            let sink = lift * (seed % 2) as f64;
             let x: Vec<DVec3> = x.iter().map(|x| *x + lift).collect();
+            let position = pose.position - sink;
+            let pose = Pose { position, ..pose };
             let mut forces = vec![DVec3::ZERO; 9];
             let sum = culled.add_forces(&shape, &pose, &x, &mut forces);
             let mut every = SemiImplicit::default();
