@@ -31,7 +31,7 @@ fn play(text: &str) -> Played {
     let parts = parts.iter();
     Played {
         bytes: parts.map(|part| (part.name, part.bytes)).collect(),
-        positions: world.bodies()[0].motion.positions().to_vec(),
+        positions: world.bodies()[0].motion().positions().to_vec(),
         contact_calls: world.phases().of(Phase::Contact).calls,
         cut_calls: world.phases().of(Phase::Cut).calls,
     }

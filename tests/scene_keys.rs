@@ -51,7 +51,7 @@ fn results(changes: &[&str], shelf: &Path) -> Result<Files, String> {
 /// How far the lowest nodes of a column 0.08 m high lie below their positions at rest (m), in the mean.
 fn sag(world: &World) -> f64 {
     let body = &world.bodies()[0];
-    let low = body.rest.iter().zip(body.motion.positions());
+    let low = body.rest.iter().zip(body.motion().positions());
     let (mut sum, mut count) = (0.0, 0.0);
     for (rest, now) in low.filter(|(rest, _)| rest.z < -0.0399) {
         sum += rest.z - now.z;

@@ -165,7 +165,7 @@ fn severed(world: &World) -> usize {
 }
 
 fn bits(world: &World) -> Vec<[u64; 3]> {
-    let places = world.bodies()[0].motion.positions().iter();
+    let places = world.bodies()[0].motion().positions().iter();
     places.map(|x| x.to_array().map(f64::to_bits)).collect()
 }
 
@@ -190,9 +190,9 @@ proptest! {
             before = now;
         }
         let body = &world.bodies()[0];
-        let unexplained = body.motion.audit().unexplained();
+        let unexplained = body.motion().audit().unexplained();
         prop_assert!(unexplained < 1e-2, "unexplained {unexplained:e}");
-        let mass: f64 = body.motion.masses().iter().sum();
+        let mass: f64 = body.motion().masses().iter().sum();
         prop_assert!((mass / body.mass - 1.0).abs() < 1e-12, "mass {mass}");
     }
 
@@ -256,7 +256,7 @@ proptest! {
         play(&mut there, 0.02);
         // At the same time, which the last step of each passes by a part of its own.
         let [a, b] = [&here, &there].map(|world| {
-            let (motion, late) = (&world.bodies()[0].motion, world.time() - 0.02);
+            let (motion, late) = (&world.bodies()[0].motion(), world.time() - 0.02);
             let moving = motion.positions().iter().zip(&motion.state().velocities);
             moving.map(|(x, v)| *x - *v * late).collect::<Vec<_>>()
         });

@@ -26,7 +26,7 @@ fn hanging(limit: f64) -> Scene {
 }
 
 fn lowest(world: &World) -> f64 {
-    let positions = world.bodies()[0].motion.positions();
+    let positions = world.bodies()[0].motion().positions();
     positions.iter().map(|x| x.z).fold(f64::INFINITY, f64::min)
 }
 

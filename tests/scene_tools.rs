@@ -48,7 +48,7 @@ fn a_block_rests_on_a_table_and_slides_off_a_slippery_one() {
     // tan 10 degrees is 0.176: it holds at 0.3 and slides at 0.1 with g (sin - 0.1 cos).
     let moved = |world: &World| {
         let body = &world.bodies()[0];
-        let pairs = body.motion.positions().iter().zip(&body.rest);
+        let pairs = body.motion().positions().iter().zip(&body.rest);
         pairs.map(|(x, r)| x.x - r.x).sum::<f64>() / body.rest.len() as f64
     };
     let gravity = "gravity: (acceleration: (1.7035, 0, -9.6610), ramp: 0),";
@@ -87,7 +87,7 @@ fn a_pushed_ball_and_its_block_keep_their_momentum() {
     // The ball's velocity is that of the middle of the step.
     let step = world.time() - start;
     let ball = mass * (touched.pose.position.z - before) / step;
-    let audit = world.bodies()[0].motion.audit();
+    let audit = world.bodies()[0].motion().audit();
     let given = -push * (world.time() - 0.5 * step);
     let kept = (ball + audit.momentum.z) / given;
     assert!((kept - 1.0).abs() < 0.02, "{kept} of the momentum given");

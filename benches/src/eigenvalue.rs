@@ -11,10 +11,10 @@ use testkit::cloud::Random;
 /// before, no guess where the stiff node is. Without reorthogonalization round-off repeats eigenvalues
 /// and adds none, so the largest of the tridiagonal matrix stays a lower bound up to round-off.
 pub fn largest_eigenvalue(body: &Body, products: usize, seed: u64) -> f64 {
-    let masses = body.motion.masses();
-    let supports = body.motion.supports();
+    let masses = body.motion().masses();
+    let supports = body.motion().supports();
     let scale: Vec<f64> = masses.iter().map(|m| m.sqrt().recip()).collect();
-    let mut elastic = body.elastic.clone();
+    let mut elastic = body.elastic().clone();
     let n = masses.len();
     let mut scaled = vec![DVec3::ZERO; n];
     let mut apply = |v: &[DVec3], out: &mut [DVec3]| {

@@ -108,7 +108,7 @@ pub fn measure(spacings: f64) -> Finding {
     let name = format!("double cantilever, {spacings} across an arm");
     let row = run_with(&name, scene(spacings), Options::default(), |world| {
         if world.scene_time().is_some_and(|time| time < BEGINS) {
-            let audit = world.bodies()[0].motion.audit();
+            let audit = world.bodies()[0].motion().audit();
             before = (audit.elastic, audit.energy_correction);
         }
     });

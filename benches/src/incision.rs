@@ -86,7 +86,7 @@ impl Finding {
         self.sizes.sort_unstable_by(|a, b| b.cmp(a));
         self.pieces = self.sizes.len();
         self.second_piece = self.sizes.get(1).copied().unwrap_or(0);
-        let x = body.motion.positions();
+        let x = body.motion().positions();
         self.ties = 0;
         for i in 0..body.rest.len() {
             for pair in graph.pairs(i) {
@@ -202,7 +202,7 @@ pub fn measure(name: &str, scene: Scene, first: Option<&Finding>) -> Finding {
 /// Severed pairs of a body, and by how much (m) the farthest have come apart.
 fn severed(body: &Body, cutting: &Cutting) -> (BTreeSet<[u32; 2]>, f64) {
     let graph = &body.neighborhoods;
-    let x = body.motion.positions();
+    let x = body.motion().positions();
     let (mut pairs, mut opening) = (BTreeSet::new(), 0.0_f64);
     for (i, lower) in (0..body.rest.len()).zip(0_u32..) {
         for pair in graph.pairs(i) {

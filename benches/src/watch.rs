@@ -80,7 +80,7 @@ impl Energies {
     fn of(body: &Body) -> Self {
         Self {
             added: cut_energy(body).added,
-            elastic: body.motion.audit().elastic,
+            elastic: body.motion().audit().elastic,
         }
     }
 }
@@ -217,7 +217,7 @@ impl Watch {
         let most_steps = (MOST_STEPS * expected) as u64;
         // An energy density is a difference of terms of the size of the modulus.
         let bodies = world.bodies().iter();
-        let round_off = bodies.map(|body| body.elastic.energy_round_off(&body.rest));
+        let round_off = bodies.map(|body| body.elastic().energy_round_off(&body.rest));
         Self {
             options,
             most_steps,
@@ -274,7 +274,7 @@ impl Watch {
         let mut cut = false;
         let (mut elastic, mut dissipated, mut balance) = (0.0, 0.0, 0.0);
         for (index, body) in world.bodies().iter().enumerate() {
-            let audit = body.motion.audit();
+            let audit = body.motion().audit();
             elastic += audit.elastic;
             dissipated += audit.taken();
             balance += audit.energy_error();
@@ -288,7 +288,7 @@ impl Watch {
             self.note_nodes(index, body, step);
             if self.options.eigenvalues && step.is_multiple_of(STEPS_PER_ESTIMATE) {
                 let largest = largest_eigenvalue(body, PRODUCTS, step);
-                let viscosity = body.motion.settings().viscosity;
+                let viscosity = body.motion().settings().viscosity;
                 let ratio = world.step_size() / damped_limit(largest, viscosity);
                 let most = &mut self.extremes.step_to_limit;
                 if most.is_none_or(|(most, _)| ratio.is_nan() || ratio > most) {
@@ -347,7 +347,7 @@ impl Watch {
     }
 
     fn note_nodes(&mut self, index: usize, body: &Body, step: u64) {
-        let gradients = body.elastic.deformation_gradients();
+        let gradients = body.elastic().deformation_gradients();
         let carrying = carrying(body);
         for (node, (f, carries)) in gradients.iter().zip(carrying).enumerate() {
             let determinant = f.determinant();
@@ -360,7 +360,7 @@ impl Watch {
             }
         }
         let most = self.extremes.distance.0;
-        let found = self.links[index].farthest(body.motion.positions(), most);
+        let found = self.links[index].farthest(body.motion().positions(), most);
         if let Some((node, ratio)) = found {
             self.extremes.distance = (ratio, Place { node, step });
         }
@@ -384,7 +384,7 @@ impl Watch {
         row.step_to_limit_at = extremes.step_to_limit.map(|(_, step)| step);
         let (mut balance, mut followers, mut debris) = (0.0, 0, 0);
         for (body, links) in world.bodies().iter().zip(&self.links) {
-            let audit = body.motion.audit();
+            let audit = body.motion().audit();
             row.nodes += body.rest.len();
             row.released -= audit.energy_correction + body.relaxed;
             row.decay += cut_energy(body).decay;
@@ -403,7 +403,7 @@ impl Watch {
             for (node, (carries, &apart)) in carrying(body).zip(&links.debris).enumerate() {
                 debris += usize::from(apart);
                 // What a support holds follows nothing.
-                let held = body.motion.supports().of(node).is_some();
+                let held = body.motion().supports().of(node).is_some();
                 followers += usize::from(!carries && !apart && !held);
             }
         }
@@ -435,7 +435,7 @@ fn area_within(cutting: &Cutting, body: &Body) -> f64 {
 
 /// Which nodes carry strain energy.
 fn carrying(body: &Body) -> impl Iterator<Item = bool> + '_ {
-    let weak = body.elastic.deficient_nodes();
+    let weak = body.elastic().deficient_nodes();
     let nodes = 0..u32::try_from(body.rest.len()).unwrap_or(u32::MAX);
     nodes.map(|node| weak.binary_search(&node).is_err())
 }

@@ -36,4 +36,4 @@ pub use rows::Rows;
 pub use state::State;
 pub use stiffness::StiffNode;
 #[doc(hidden)]
-pub use stiffness::WATCHED_NODES;
+pub use {kernel::storage::PARALLEL_NODES, stiffness::WATCHED_NODES};

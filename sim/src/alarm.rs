@@ -115,7 +115,7 @@ impl Body {
     fn occupied(&self) -> Occupied<'_, impl Fn(DVec3) -> f64> {
         Occupied {
             rest: &self.rest,
-            positions: self.motion.positions(),
+            positions: self.motion().positions(),
             spacing: self.spacing,
             distance: |x| self.solid.signed_distance(x),
         }

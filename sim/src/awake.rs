@@ -3,8 +3,7 @@
 use std::cell::Cell;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Nodes from which the passes over a body are shared out.
-const SHARED: usize = 1024;
+use phyxel_elastic::PARALLEL_NODES;
 
 thread_local! {
     /// Whether this thread takes a step, or looks for work of one.
@@ -27,10 +26,9 @@ impl Drop for Taken {
 }
 
 /// Runs `work` while the other threads of the pool look for parts of it. Between two passes of a step they would fall
-/// asleep, and waking takes longer than a pass does. Does nothing of that for fewer than 1,024 `nodes`, which no pass shares
-/// out, outside of a pool, and within work that is awake.
+/// asleep, and waking takes longer than a pass does. Does nothing of that for fewer `nodes` than a pass shares out, outside of a pool, and within work that is awake.
 pub(crate) fn awake<R: Send>(nodes: usize, work: impl FnOnce() -> R + Send) -> R {
-    if nodes < SHARED || rayon::current_thread_index().is_none() {
+    if nodes < PARALLEL_NODES || rayon::current_thread_index().is_none() {
         return work();
     }
     let Some(_taken) = Taken::take() else {
@@ -78,8 +76,8 @@ mod tests {
         let pool = pool.build().unwrap();
         pool.install(|| {
             let never = AtomicBool::new(false);
-            awake(SHARED, || attend(&never));
-            let fails = || awake(SHARED, || panic!("at work"));
+            awake(PARALLEL_NODES, || attend(&never));
+            let fails = || awake(PARALLEL_NODES, || panic!("at work"));
             assert!(catch_unwind(fails).is_err());
             assert!(!TAKEN.get());
         });
@@ -91,7 +89,7 @@ mod tests {
         for threads in [1, 2, 3] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
             let pool = pool.build().unwrap();
-            for nodes in [0, SHARED] {
+            for nodes in [0, PARALLEL_NODES] {
                 let sum = || {
                     let halves = rayon::join(|| 1 + nodes, || awake(nodes, || 2 + nodes));
                     halves.0 + halves.1

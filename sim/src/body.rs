@@ -1,15 +1,13 @@
 //! One deformable body: from its description to nodes in motion.
 
-use std::sync::PoisonError;
-
 use glam::DVec3;
 use phyxel_discretize::Solid;
 use phyxel_elastic::Elastic;
 use phyxel_enrich::CutRule;
 use phyxel_integrate::{
     Applied, BoundaryConditions, ClosureLaw, Eigenvalue, EigenvalueSettings, Grip, Implicit,
-    Motion, MotionSettings, NewtonSettings, StaticLoad, StepError, StepView, StiffnessTracker,
-    critical_step, radial_start, solve_static,
+    Motion, MotionSettings, NewtonSettings, StaticLoad, StepView, StiffnessTracker, critical_step,
+    radial_start, solve_static,
 };
 use phyxel_mls::{GradientStencils, Neighborhoods, mean_pair_length};
 
@@ -18,7 +16,7 @@ use crate::error::{BodyProblem, WorldError, in_body};
 use crate::model::build;
 use crate::phases::{StepTimes, timed};
 use crate::scene::{self, Scene};
-use crate::shares::Shared;
+use crate::shares::{Whole, lock};
 use crate::support::supports_of;
 use crate::tool::{ToolContact, ToolSurface};
 
@@ -71,16 +69,12 @@ pub struct Body {
     pub neighborhoods: Neighborhoods,
     /// Gradient stencils.
     pub stencils: GradientStencils,
-    /// Forces.
-    pub elastic: Elastic,
-    /// Nodes in motion.
-    pub motion: Motion,
+    /// Forces and nodes in motion.
+    pub(crate) whole: Whole,
     /// Largest eigenvalue of the uncut body.
     pub eigenvalue: Eigenvalue,
     /// Estimates of the largest eigenvalue, for the step.
     pub(crate) stiffness: StiffnessTracker,
-    /// Vector of the last estimate, where the next one starts.
-    pub(crate) eigenvector: Vec<DVec3>,
     /// Smallest `det F` of nodes that carry strain energy, over all steps and the rest state.
     pub smallest_ratio: f64,
     /// The first time that its energy balance was off for many steps on end, if it was.
@@ -109,8 +103,6 @@ pub struct Body {
     implicit: Option<(Box<Implicit>, f64)>,
     /// Time in parts of the last step.
     pub(crate) times: StepTimes,
-    /// Where the nodes are, if they are partitioned.
-    pub(crate) shared: Option<Shared>,
 }
 
 impl Body {
@@ -138,10 +130,11 @@ impl Body {
         }
         self.stiffness = StiffnessTracker::new(found.value);
         self.eigenvalue = found;
-        self.motion
-            .set_viscosity(2.0 * damping_ratio / found.value.sqrt())?;
-        if self.is_explicit() {
-            self.elastic.watch_stiffness(&self.masses);
+        let is_explicit = self.is_explicit();
+        let (elastic, motion) = self.whole.as_it_is();
+        motion.set_viscosity(2.0 * damping_ratio / found.value.sqrt())?;
+        if is_explicit {
+            elastic.watch_stiffness(&self.masses);
         }
         Ok(())
     }
@@ -170,7 +163,7 @@ impl Body {
         let motion = Motion::new(&rest, &masses, supports, settings)?;
         let mut body = Self {
             fingerprint: fingerprint(&rest),
-            eigenvector: radial_start(&rest),
+            whole: Whole::new(elastic, motion, radial_start(&rest)),
             name: description.name.clone(),
             solid,
             tetrahedra: sampled.tetrahedra,
@@ -185,8 +178,6 @@ impl Body {
             inert: coupled.inert,
             neighborhoods,
             stencils: coupled.stencils,
-            elastic,
-            motion,
             stiffness: StiffnessTracker::default(),
             smallest_ratio: 1.0,
             doubt: None,
@@ -202,10 +193,29 @@ impl Body {
             grip: None,
             implicit: solver.map(Box::new).zip(scheme.step()),
             times: StepTimes::default(),
-            shared: None,
         };
         body.contacts = body.contacts_of(scene, description)?;
         Ok(body)
+    }
+
+    /// Its model, evaluated where the nodes are.
+    #[must_use]
+    pub fn elastic(&self) -> &Elastic {
+        self.whole.elastic()
+    }
+
+    /// Its nodes in motion.
+    #[must_use]
+    pub fn motion(&self) -> &Motion {
+        self.whole.motion()
+    }
+
+    pub(crate) fn time(&self) -> f64 {
+        self.whole.of_motion(Motion::time)
+    }
+
+    pub(crate) fn steps(&self) -> u64 {
+        self.whole.of_motion(Motion::steps)
     }
 
     /// Positions (m) of the nodes as they are read: on the field whose gradient the deformation gradients are
@@ -213,9 +223,11 @@ impl Body {
     /// steps use. Directions that supports hold or drive keep their values. Computed at each call.
     #[must_use]
     pub fn smoothed_positions(&self) -> Vec<DVec3> {
-        let nodes = self.motion.positions();
-        let mut smoothed = self.elastic.smoothed_positions(nodes);
-        self.motion.supports().keep(nodes, &mut smoothed);
+        let motion = self.motion();
+        let nodes = motion.positions();
+        let smoothed = |elastic: &Elastic| elastic.smoothed_positions(nodes);
+        let mut smoothed = self.whole.of_model(smoothed);
+        motion.supports().keep(nodes, &mut smoothed);
         smoothed
     }
 
@@ -228,7 +240,12 @@ impl Body {
     /// Largest stable step (s) of the uncut body at rest, damping included.
     #[must_use]
     pub fn critical_step(&self) -> f64 {
-        critical_step(self.eigenvalue.value, self.motion.settings().viscosity)
+        self.stable_step(self.eigenvalue.value)
+    }
+
+    fn stable_step(&self, eigenvalue: f64) -> f64 {
+        let viscosity = |motion: &Motion| motion.settings().viscosity;
+        critical_step(eigenvalue, self.whole.of_motion(viscosity))
     }
 
     /// Step (s) for the eigenvalue as last estimated: the step factor times the critical step; that of
@@ -242,8 +259,7 @@ impl Body {
     }
 
     fn current_critical_step(&self) -> f64 {
-        let eigenvalue = self.current_eigenvalue() + self.contact_eigenvalue;
-        critical_step(eigenvalue, self.motion.settings().viscosity)
+        self.stable_step(self.current_eigenvalue() + self.contact_eigenvalue)
     }
 
     /// Takes one step (s), where the shares of the body are if it has any, with the tools that may touch it and what else
@@ -253,12 +269,12 @@ impl Body {
         step: f64,
         mut others: Option<&mut Applied<'_>>,
     ) -> Result<(), BodyProblem> {
-        if self.is_explicit() {
-            let critical = self.current_critical_step();
-            self.motion.set_critical_step(critical);
+        let critical = self.is_explicit().then(|| self.current_critical_step());
+        let shares = self.shares()?;
+        let (elastic, motion) = self.whole.begin_step();
+        if let Some(critical) = critical {
+            motion.set_critical_step(critical);
         }
-        let shares = self.shares();
-        let (elastic, motion) = (&mut self.elastic, &mut self.motion);
         let (contacts, grip, times) = (&mut self.contacts, &mut self.grip, &mut self.times);
         let is_free = contacts.is_empty() && grip.is_none() && others.is_none();
         let forces =
@@ -286,7 +302,7 @@ impl Body {
             let tools = contacts.iter_mut().map(|contact| &mut contact.rigid);
             solver.step_with(motion, step, law, &mut tools.collect::<Vec<_>>())?;
         } else if let Some(shares) = shares {
-            let shares = &mut *shares.lock().unwrap_or_else(PoisonError::into_inner);
+            let shares = &mut *lock(&shares);
             motion.step_shared(step, shares, if is_free { None } else { Some(press) })?;
         } else if is_free {
             motion.step(step, forces)?;
@@ -294,8 +310,8 @@ impl Body {
             motion.step_with(step, forces, press)?;
         }
         self.smallest_ratio = self.smallest_ratio.min(self.smallest_volume_ratio());
-        self.doubt = self.doubt.or_else(|| self.motion.take_warning());
-        let elastic = &mut self.elastic;
+        let (elastic, motion) = self.whole.as_it_is();
+        self.doubt = self.doubt.or_else(|| motion.take_warning());
         timed(&mut self.times.forces, || {
             elastic.end_viscous_step();
             elastic.begin_viscous_step(0.0);
@@ -305,52 +321,55 @@ impl Body {
 
     /// Takes supports that hold for the rest of the scene.
     pub(crate) fn set_supports(&mut self, supports: BoundaryConditions) {
-        self.fetch_all();
-        self.elastic.set_held(&supports.fixed_nodes());
-        self.motion.set_supports(supports);
-        self.rebuilt_here();
+        let (elastic, motion) = self.whole.rebuild();
+        elastic.set_held(&supports.fixed_nodes());
+        motion.set_supports(supports);
     }
 
     /// Adds a velocity (m/s) to that of all its nodes.
     pub(crate) fn begin_with(&mut self, velocity: DVec3) -> Result<(), BodyProblem> {
-        let velocities = self.motion.velocities().iter().map(|v| *v + velocity);
+        let motion = self.whole.motion_mut();
+        let velocities = motion.velocities().iter().map(|v| *v + velocity);
         let velocities: Vec<DVec3> = velocities.collect();
-        self.motion.set_velocities(&velocities)?;
-        self.refresh()?;
-        self.moved_here();
+        motion.set_velocities(&velocities)?;
+        self.whole.refresh()?;
         Ok(())
     }
 
     /// Moves the nodes to where they are in equilibrium with constant `loads` (N), viscosity at rest.
     pub(crate) fn come_to_rest(&mut self, loads: &[DVec3]) -> Result<(), BodyProblem> {
-        self.elastic.begin_viscous_step(f64::INFINITY);
+        let (elastic, motion) = self.whole.rebuild();
+        elastic.begin_viscous_step(f64::INFINITY);
         let mut positions = self.rest.clone();
         let load = StaticLoad {
             forces: loads,
             steps: LOAD_STEPS,
             ..StaticLoad::default()
         };
-        let elastic = &mut self.elastic;
-        let law = &mut ClosureLaw::of(elastic, Elastic::forces_into, Elastic::tangent_product_into);
+        let law = &mut ClosureLaw::of(
+            &mut *elastic,
+            Elastic::forces_into,
+            Elastic::tangent_product_into,
+        );
         let settings = NewtonSettings::with_tolerance(AT_REST);
-        let supports = self.motion.supports();
+        let supports = motion.supports();
         let found = solve_static(law, &mut positions, supports, &load, &settings);
         if found.is_err() {
-            self.elastic.begin_viscous_step(0.0);
+            elastic.begin_viscous_step(0.0);
         }
         found?;
-        evaluate(&mut self.elastic, &positions);
-        self.elastic.end_viscous_step();
-        self.elastic.begin_viscous_step(0.0);
-        self.motion.set_positions(&positions)?;
-        self.rebuilt_here();
+        evaluate(elastic, &positions);
+        elastic.end_viscous_step();
+        elastic.begin_viscous_step(0.0);
+        motion.set_positions(&positions)?;
         Ok(())
     }
 
-    /// Evaluates the forces again; the energy's jump (J) is recorded.
-    pub(crate) fn refresh(&mut self) -> Result<f64, StepError> {
-        let elastic = &mut self.elastic;
-        self.motion.refresh(|x, f| elastic.forces_into(x, f))
+    /// What round-off leaves of its elastic energy (J), see [`Elastic::energy_round_off`].
+    pub(crate) fn energy_round_off(&self) -> f64 {
+        let positions = self.motion().positions();
+        self.whole
+            .of_model(|elastic| elastic.energy_round_off(positions))
     }
 
     /// Whether the stable step is to be monitored.

@@ -1,10 +1,11 @@
 //! What moves in a body, as it is kept.
 
 use glam::DVec3;
+use phyxel_elastic::Elastic;
 use phyxel_integrate::{Grip, State, StiffnessTracker, Warning};
 use serde::{Deserialize, Serialize};
 
-use crate::body::{Body, evaluate};
+use crate::body::Body;
 use crate::cut_state::{CutState, Cutting};
 use crate::tool::ToolContact;
 
@@ -34,14 +35,14 @@ impl BodyState {
         let n = body.rest.len();
         let mut numbers = self.stiffness.indicators.iter().chain([&self.relaxed]);
         let mut estimates = self.stiffness.estimates.iter();
-        body.motion.fits(&self.motion)
+        body.motion().fits(&self.motion)
             && estimates.all(|value| value.is_finite() && *value >= 0.0)
             && (self.eigenvector.is_empty() || self.eigenvector.len() == n)
             && self.eigenvector.iter().all(|x| x.is_finite())
             && !self.smallest_ratio.is_nan()
             && numbers.all(|x| x.is_finite())
             && self.cut.is_finite()
-            && self.elastic.fits(&body.elastic)
+            && self.elastic.fits(body.elastic())
             && self.contacts.len() == body.contacts.len()
             && (self.contacts.iter().zip(&body.contacts))
                 .all(|(kept, built)| kept.is_sound(n, built))
@@ -52,62 +53,52 @@ impl BodyState {
 impl Body {
     /// What moves, to be kept.
     pub(crate) fn state(&self) -> BodyState {
+        let motion = self.motion().state().clone();
+        self.state_with(motion, self.whole.eigenvector().to_vec())
+    }
+
+    fn state_with(&self, motion: State, eigenvector: Vec<DVec3>) -> BodyState {
         let cutting = self.cutting.as_ref();
         BodyState {
             fingerprint: self.fingerprint,
-            motion: self.motion.state().clone(),
+            motion,
             stiffness: self.stiffness.clone(),
-            eigenvector: self.eigenvector.clone(),
+            eigenvector,
             smallest_ratio: self.smallest_ratio,
             doubt: self.doubt,
             cut: cutting.map(Cutting::state).unwrap_or_default(),
-            elastic: self.elastic.state(),
+            elastic: self.whole.of_model(Elastic::state),
             relaxed: self.relaxed,
             contacts: self.contacts.clone(),
             grip: self.grip.clone(),
         }
     }
 
-    /// What moves, to be kept: shares that have it keep their part of it themselves.
+    /// What moves, to be kept: shares that have it keep their vectors themselves, and the state has none.
     pub(crate) fn keep(&mut self) -> BodyState {
-        let Some(shared) = &mut self.shared else {
-            return self.state();
-        };
-        shared.keeps = shared.is_handed();
-        if !shared.keeps {
-            self.fetch_vector();
+        if !self.whole.keep() {
             return self.state();
         }
-        shared.hand_vector(&self.eigenvector);
-        shared.lock().keep(self.motion.velocities());
         let mut vectors = Default::default();
-        let vector = std::mem::take(&mut self.eigenvector);
-        self.motion.swap_vectors(&mut vectors);
-        let state = self.state();
-        self.motion.swap_vectors(&mut vectors);
-        self.eigenvector = vector;
-        state
+        self.whole.as_it_is().1.swap_vectors(&mut vectors);
+        let motion = self.whole.of_motion(|motion| motion.state().clone());
+        self.whole.as_it_is().1.swap_vectors(&mut vectors);
+        self.state_with(motion, Vec::new())
     }
 
-    /// Brings what partitions have of the snapshot.
-    pub(crate) fn fetch_kept(&mut self, kept: &mut BodyState) {
-        if let Some(shared) = &mut self.shared
-            && std::mem::take(&mut shared.keeps)
-        {
-            let mut shares = shared.lock();
-            shares.kept(&mut kept.motion, &mut kept.eigenvector);
+    /// Brings what [`Body::keep`] left with shares.
+    pub(crate) fn fetch_kept(&self, kept: &mut BodyState) {
+        if kept.motion.positions.is_empty() {
+            self.whole
+                .fetch_kept(&mut kept.motion, &mut kept.eigenvector);
         }
     }
 
     /// Restores a snapshot of the same body with the same cuts; the model is brought to its positions.
     pub(crate) fn set_state(&mut self, state: BodyState) {
-        self.elastic.set_state(&state.elastic);
-        evaluate(&mut self.elastic, &state.motion.positions);
-        self.motion.restore(state.motion);
-        self.rebuilt_here();
+        self.whole
+            .restore(&state.elastic, state.motion, state.eigenvector);
         self.stiffness = state.stiffness;
-        self.eigenvector = state.eigenvector;
-        self.turned_here();
         self.smallest_ratio = state.smallest_ratio;
         self.doubt = state.doubt;
         self.relaxed = state.relaxed;

@@ -79,19 +79,20 @@ impl Cutting {
         let graph = graph_of(body);
         let front = |&node: &u32| self.factors.front_matrix(&graph, node as usize);
         let fronts: Vec<DMat3> = touched.iter().map(front).collect();
+        let (elastic, motion) = body.whole.cut(touched);
         let input = CutInput {
             touched,
             stencils: &elastic_stencils(&body.stencils, &body.neighborhoods),
             left: &factor,
             fronts: &fronts,
-            positions: body.motion.positions(),
+            positions: motion.positions(),
         };
-        body.elastic.apply_cut(&input, &CutPolicy::default())?;
+        elastic.apply_cut(&input, &CutPolicy::default())?;
         let (graph, weights) = (&body.neighborhoods, &body.stencils.weights);
         let (offsets, indices) = (graph.offsets(), graph.indices());
         if self.pieces.is_empty() || is_parted(offsets, indices, weights, touched, &self.pieces) {
             self.pieces = connected_pieces(offsets, indices, weights).piece;
-            body.motion.set_pieces(&self.pieces);
+            motion.set_pieces(&self.pieces);
         }
         Ok(())
     }
@@ -102,15 +103,15 @@ impl Cutting {
     /// Nothing that is given to a capture makes this fail, nor [`Cutting::apply`]: with factors between 0 and 1 and
     /// finite positions of nodes only a bug does, and it leaves some rows with the cut and others without.
     fn follow(&mut self, body: &mut Body, update: &CutUpdate) -> Result<(), BodyProblem> {
-        let stored = body.motion.audit().elastic;
-        let elastic = &mut body.elastic;
-        let jump = body.motion.refresh(|x, f| elastic.forces_again(x, f))?;
-        let round_off = body.elastic.energy_round_off(body.motion.positions());
+        let (elastic, motion) = body.whole.cut(&[]);
+        let stored = motion.audit().elastic;
+        let jump = motion.refresh(|x, f| elastic.forces_again(x, f))?;
+        let round_off = body.energy_round_off();
         self.energy.record(jump, stored, round_off);
         let stroke = &mut self.by_stroke[update.stroke];
         stroke.energy.record(jump, stored, round_off);
         if body.is_explicit() {
-            let part = body.elastic.part(&with_neighbors(body, &update.touched));
+            let part = body.elastic().part(&with_neighbors(body, &update.touched));
             let mut mode = Vec::new();
             let found = body.part_eigenvalue(&part, &mut mode, ESTIMATE_PRODUCTS)?;
             let largest = found.max(body.current_eigenvalue());
@@ -130,12 +131,12 @@ impl Cutting {
         phase: StrokePhase,
     ) -> Result<Capture, BodyProblem> {
         self.set_weld_tolerance(body, weld_tolerance);
-        let positions = body.motion.positions();
+        let positions = body.motion().positions();
         let open = self.strokes.iter().find(|open| open.cut == cut);
         let going_on = open.filter(|_| phase != StrokePhase::Start);
         let blade = going_on.and_then(|open| open.blade.clone());
         let mut blade = blade.unwrap_or_else(|| Blade::new(edge, body.spacing, positions));
-        let gradients = body.elastic.deformation_gradients();
+        let gradients = body.elastic().deformation_gradients();
         let frame = self.map.frame(positions, &gradients)?;
         let graph = &body.neighborhoods;
         let deformed = DeformedBody {
@@ -156,7 +157,7 @@ impl Cutting {
         let swept = blade.sweep(edge, &mut self.cuts, &deformed, ends);
         let (sweep, missed) = swept.inspect_err(|_| self.cuts.truncate(before.0, before.1))?;
         let edge = CapturedEdge {
-            steps: body.motion.steps(),
+            steps: body.steps(),
             body: index,
             cut,
             phase,
@@ -242,10 +243,8 @@ impl Body {
         edge: &[DVec3],
         phase: StrokePhase,
     ) -> Result<Capture, BodyProblem> {
-        let captured = self.with_cutting(|body, cutting| {
-            body.fetch_all();
-            cutting.sweep((body, index), cut, edge, phase)
-        });
+        let captured =
+            self.with_cutting(|body, cutting| cutting.sweep((body, index), cut, edge, phase));
         if captured.is_err() {
             self.forget_untouched();
         }
@@ -277,7 +276,6 @@ impl Body {
             let update = cutting.weaken(body, first, &capture.edge, Some(capture.blade));
             if !update.touched.is_empty() {
                 cutting.apply(body, &update)?;
-                body.cut_here(&update.touched);
                 cutting.follow(body, &update)?;
             }
             Ok(update)
@@ -312,15 +310,17 @@ impl Body {
 
     /// Takes their strain from nodes that lost it in a cut for where they were then, which [`Body::replay`] does not know.
     pub(crate) fn weaken_again(&mut self, deficient: &[u32]) {
-        let (Some(cutting), elastic) = (&self.cutting, &mut self.elastic) else {
+        let Some(cutting) = &self.cutting else {
             return;
         };
+        let (elastic, motion) = self.whole.rebuild();
         let (known, count) = (elastic.deficient_nodes(), elastic.node_count());
         let is_missing =
             |node: &u32| (*node as usize) < count && known.binary_search(node).is_err();
         let missing: Vec<u32> = deficient.iter().copied().filter(is_missing).collect();
-        let positions = self.motion.positions();
-        elastic.weaken(&missing, positions, &|pair| cutting.factors.factor(pair));
+        elastic.weaken(&missing, motion.positions(), &|pair| {
+            cutting.factors.factor(pair)
+        });
     }
 
     /// Works on the body with its data of cuts, which the first capture makes.

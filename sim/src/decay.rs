@@ -2,6 +2,8 @@
 
 use std::time::Instant;
 
+use phyxel_elastic::Elastic;
+
 use crate::body::Body;
 use crate::error::BodyProblem;
 use crate::phases::timed;
@@ -21,11 +23,11 @@ impl Body {
     /// [`Body::book_decay`]; `None` without any.
     pub(crate) fn decay(&mut self, step: f64) -> Result<Option<f64>, BodyProblem> {
         self.relax(step)?;
-        if !self.elastic.decays() {
+        if !self.whole.of_model(Elastic::decays) {
             return Ok(None);
         }
         let factor = (-step * self.eigenvalue.value.sqrt() / DECAY).exp();
-        let half = self.decay_by(factor);
+        let half = self.decay_by(factor)?;
         if self.is_explicit() {
             return Ok(Some(half));
         }
@@ -42,7 +44,7 @@ impl Body {
         if self.is_explicit() {
             let [offsets, bonds] = self.decay_works();
             work = half + offsets + bonds;
-            self.motion.correct_energy(work);
+            self.whole.as_it_is().1.correct_energy(work);
         }
         let cutting = self.cutting.iter_mut();
         cutting.for_each(|cutting| cutting.add_decay(work));
@@ -51,7 +53,7 @@ impl Body {
     /// Advances viscosity by `step` (s): forces are then those of the step's potential, and the energy that
     /// viscosity lost is booked.
     pub(crate) fn relax(&mut self, step: f64) -> Result<(), BodyProblem> {
-        let elastic = &mut self.elastic;
+        let (elastic, _) = self.whole.as_it_is();
         if timed(&mut self.times.forces, || elastic.begin_viscous_step(step)) {
             self.relaxed -= self.jump()?;
         }
@@ -61,7 +63,7 @@ impl Body {
     /// Evaluates the forces after something decayed and books the energy's jump (J).
     fn jump(&mut self) -> Result<f64, BodyProblem> {
         let start = Instant::now();
-        let jump = self.refresh()?;
+        let jump = self.whole.refresh()?;
         self.times.forces += start.elapsed();
         Ok(jump)
     }

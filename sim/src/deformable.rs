@@ -206,7 +206,7 @@ impl DeformableBodies {
     /// weight, by `gravity` (m/s²) in full, loses its bounce at the rate of that damping, from which rigid motions of free
     /// bodies are spared.
     pub(crate) fn begin_step(&mut self, bodies: &[Body], gravity: f64) {
-        let damping = bodies.iter().map(|body| body.motion.settings().damping);
+        let damping = bodies.iter().map(|body| body.motion().settings().damping);
         let least = damping.fold(f64::INFINITY, f64::min);
         let drag = if gravity > 0.0 { least / gravity } else { 0.0 };
         self.contact.set_rates(LEARNING * least, drag);
@@ -214,7 +214,7 @@ impl DeformableBodies {
         self.pieces.fill(u32::MAX);
         let bodies = bodies.iter().zip(&self.surfaces);
         let pieces = bodies.flat_map(|(body, surface)| {
-            let pieces = body.motion.free_pieces();
+            let pieces = body.motion().free_pieces();
             pieces.map(move |nodes| (nodes, surface.first))
         });
         for (piece, (nodes, first)) in (0..).zip(pieces) {
@@ -227,7 +227,7 @@ impl DeformableBodies {
     /// Remembers where a body's nodes are at the begin of a step.
     fn begin(&mut self, bodies: &[Body]) {
         for (body, surface) in bodies.iter().zip(&self.surfaces) {
-            let (x, first) = (body.motion.positions(), surface.first);
+            let (x, first) = (body.motion().positions(), surface.first);
             self.positions[first..first + x.len()].copy_from_slice(x);
         }
     }
@@ -274,7 +274,7 @@ impl DeformableBodies {
 
     /// Contact pressure (Pa) at each node of a body.
     pub(crate) fn pressures(&self, bodies: &[Body], body: usize) -> Vec<f64> {
-        let positions = bodies.iter().map(|body| body.motion.positions());
+        let positions = bodies.iter().map(|body| body.motion().positions());
         let positions = positions.collect::<Vec<_>>().concat();
         let mut all = self.contact.pressures(&positions);
         all.drain(..self.surfaces[body].first);
@@ -375,7 +375,7 @@ mod tests {
         );
         assert!(pressed > 0.0, "they are pressed");
         let contact = &world.deformable.as_ref().unwrap().contact;
-        let (state, motion) = (contact.state(), &world.bodies()[0].motion);
+        let (state, motion) = (contact.state(), world.bodies()[0].motion());
         let (nodes, moved) = (motion.positions().len(), motion.audit().scale());
         let error = state.energy_error();
         assert!(error.abs() < 0.002 * moved, "{error} of {moved}");
@@ -410,7 +410,7 @@ mod tests {
                 world.step().unwrap();
             }
             let middle = |body: &Body| {
-                let places = body.motion.positions();
+                let places = body.motion().positions();
                 places.iter().map(|x| x.x).sum::<f64>() / places.len() as f64
             };
             let [a, b] = world.bodies() else {

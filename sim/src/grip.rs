@@ -61,8 +61,7 @@ impl World {
             let modulus = description.material.youngs_modulus;
             // Less than a node spacing would find none on one position and one on another.
             let radius = radius.max(body.spacing);
-            body.fetch();
-            let positions = body.motion.positions();
+            let positions = body.motion().positions();
             body.grip = Grip::new(positions, &body.masses, point, radius, modulus, step);
         }
     }

@@ -8,7 +8,7 @@
 use std::time::Instant;
 
 use glam::DVec3;
-use phyxel_integrate::{DeformableForce, DeformableState, RigidEnergies, StepControl};
+use phyxel_integrate::{DeformableForce, DeformableState, Motion, RigidEnergies, StepControl};
 
 use crate::World;
 use crate::body::Body;
@@ -146,17 +146,9 @@ impl World {
         (0..self.bodies.len()).max_by(|a, b| stiffness(a).total_cmp(&stiffness(b)))
     }
 
-    /// Brings here what partitions of bodies have of the snapshot.
-    pub(crate) fn fetch_kept(&mut self) {
-        let kept = self.now.kept.iter_mut().flat_map(|kept| &mut kept.bodies);
-        for (body, state) in self.bodies.iter_mut().zip(kept) {
-            body.fetch_kept(state);
-        }
-    }
-
     fn keep(&mut self) {
         self.now.kept = Some(Kept {
-            rigid: self.bodies.iter_mut().map(Body::rigid_energies).collect(),
+            rigid: self.bodies.iter().map(Body::rigid_energies).collect(),
             bodies: self.bodies.iter_mut().map(Body::keep).collect(),
             contact: (self.deformable.as_ref()).map(|contact| contact.contact.state().clone()),
             gravity: self.now.gravity,
@@ -167,10 +159,12 @@ impl World {
 
     /// Does the steps since the last snapshot again, shorter.
     fn retake(&mut self, error: WorldError) -> Result<(), WorldError> {
-        self.fetch_kept();
-        let Some(kept) = self.now.kept.take() else {
+        let Some(mut kept) = self.now.kept.take() else {
             return Err(error);
         };
+        for (body, state) in self.bodies.iter().zip(&mut kept.bodies) {
+            body.fetch_kept(state);
+        }
         self.now.retaken.stretches += 1;
         let mut last = error;
         for division in StepControl::DIVISIONS {
@@ -252,11 +246,8 @@ impl World {
                     continue;
                 }
                 let parts = stride.parts(division);
-                if parts > most {
-                    body.fetch();
-                    if stride.meets(body.motion.positions()) {
-                        most = parts;
-                    }
+                if parts > most && stride.meets(body.motion().positions()) {
+                    most = parts;
                 }
             }
         }
@@ -289,11 +280,7 @@ impl World {
     pub(crate) fn estimate_eigenvalues(&mut self, products: usize) -> Result<(), WorldError> {
         let start = Instant::now();
         for body in &mut self.bodies {
-            // Before the first evaluation a body has no forces to hand over.
-            let begun = !body.motion.state().forces.is_empty();
-            let handed = if begun { body.hand_over() } else { Ok(()) };
-            let estimate = handed.and_then(|()| body.estimate_eigenvalue(products));
-            in_body(estimate, &body.name)?;
+            in_body(body.estimate_eigenvalue(products), &body.name)?;
         }
         self.now.step = self.smallest_step_size();
         self.phases.add(Phase::Integration, start.elapsed());
@@ -312,14 +299,14 @@ impl World {
     fn check_energy_since(&mut self, kept: &Kept) -> Result<(), WorldError> {
         let (mut moved, mut floor) = (0.0, 0.0);
         let before = kept.bodies.iter().zip(&kept.rigid);
-        for (body, (before, rigid)) in self.bodies.iter_mut().zip(before) {
+        for (body, (before, rigid)) in self.bodies.iter().zip(before) {
             let rigid = [*rigid, body.rigid_energies()];
-            let round_off = body.elastic.energy_round_off(body.motion.positions());
-            if let Some(share) = body.motion.gained_since(&before.motion, rigid, round_off) {
-                let time = body.motion.time();
+            let (motion, round_off) = (body.motion(), body.energy_round_off());
+            if let Some(share) = motion.gained_since(&before.motion, rigid, round_off) {
+                let time = motion.time();
                 return Err(BodyProblem::Unbalanced { share, time }.of(&body.name));
             }
-            moved += (body.motion.audit()).scale_since(&before.motion.audit, rigid);
+            moved += (motion.audit()).scale_since(&before.motion.audit, rigid);
             floor += round_off;
         }
         let Some((contact, before)) = self.deformable.as_ref().zip(kept.contact.as_ref()) else {
@@ -330,7 +317,7 @@ impl World {
         let share = contact.contact.state().gained_since(before, moved, floor);
         share.zip(pair).map_or(Ok(()), |(share, pair)| {
             let body = &self.bodies[pair.bodies[0] as usize];
-            let time = body.motion.time();
+            let time = body.time();
             Err(BodyProblem::Unbalanced { share, time }.of(&body.name))
         })
     }
@@ -338,12 +325,11 @@ impl World {
 
 impl Body {
     /// Energies of the rigid motions of pieces that nothing holds.
-    fn rigid_energies(&mut self) -> RigidEnergies {
-        if !self.motion.has_free_pieces() {
+    fn rigid_energies(&self) -> RigidEnergies {
+        if !self.whole.of_motion(Motion::has_free_pieces) {
             return RigidEnergies::default();
         }
-        self.fetch();
-        self.motion.rigid_energies()
+        self.motion().rigid_energies()
     }
 }
 
@@ -376,7 +362,7 @@ mod tests {
     }
 
     fn scale(world: &World) -> f64 {
-        let audit = world.bodies()[0].motion.audit();
+        let audit = world.bodies()[0].motion().audit();
         audit.elastic.max(audit.kinetic)
     }
 
@@ -448,7 +434,7 @@ mod tests {
         }
         let updates = updates(&world);
         assert!(updates > 5, "{updates} updates");
-        let audit = world.bodies()[0].motion.audit();
+        let audit = world.bodies()[0].motion().audit();
         let off = audit.energy_error().abs() / scale(&world);
         assert!(off < 1e-3, "{off}");
         assert_eq!(world.retaken(), Retaken::default());

@@ -21,6 +21,7 @@ mod input;
 mod memory;
 mod model;
 mod moves;
+mod newest;
 mod parts;
 mod phases;
 mod settling;
@@ -78,8 +79,9 @@ pub struct CutPiece {
 /// Bodies and the clock of one scene.
 ///
 /// A clone is a state to go back to at once: `let before = world.clone(); ..; world = before`.
-/// [`World::state`] is one that can be written to a file, for a new world of the same scene.
-#[derive(Debug, Clone)]
+/// [`World::state`] is one that can be written to a file, for a new world of the same scene. A clone has no shares
+/// ([`World::new_shared`]): its bodies' nodes are all here.
+#[derive(Debug)]
 pub struct World {
     scene: Scene,
     bodies: Vec<Body>,
@@ -93,6 +95,23 @@ pub struct World {
     waiting: Option<Instant>,
     latencies: Vec<f64>,
     new_pieces: Vec<CutPiece>,
+}
+
+impl Clone for World {
+    fn clone(&self) -> Self {
+        Self {
+            scene: self.scene.clone(),
+            bodies: self.bodies.clone(),
+            deformable: self.deformable.clone(),
+            first_step: self.first_step,
+            now: self.standing(),
+            input: self.input.clone(),
+            phases: self.phases.clone(),
+            waiting: self.waiting,
+            latencies: self.latencies.clone(),
+            new_pieces: self.new_pieces.clone(),
+        }
+    }
 }
 
 impl World {
@@ -111,7 +130,7 @@ impl World {
 
     /// As [`World::new`], with the nodes of the bodies partitioned: shares estimate the eigenvalue from which the step is
     /// chosen and take all steps. Until they have their nodes, their owners wait: `builders` are the threads that
-    /// build the body meanwhile. Every clone of the world uses the same shares: only one of them may take steps.
+    /// build the body meanwhile. What the world or its bodies are asked for is brought from the shares.
     ///
     /// # Errors
     /// As [`World::new`], and with [`BodyProblem::NotShared`] if the scene has something that is not shared out, more
@@ -182,7 +201,7 @@ impl World {
     }
 
     /// Positions (m) of a body's nodes, as [`World::bodies`] counts them, to be drawn, written and measured: see
-    /// [`Body::smoothed_positions`]. A shared body's are those of the last [`World::fetch`].
+    /// [`Body::smoothed_positions`].
     ///
     /// # Panics
     /// If there is no such body.
@@ -195,7 +214,7 @@ impl World {
     #[must_use]
     pub fn time(&self) -> f64 {
         let first = self.bodies.first();
-        first.map_or(0.0, |body| body.motion.time())
+        first.map_or(0.0, Body::time)
     }
 
     /// Scene time (s); `None` while settling.
@@ -220,7 +239,7 @@ impl World {
     #[must_use]
     pub fn steps(&self) -> u64 {
         let first = self.bodies.first();
-        first.map_or(0, |body| body.motion.steps())
+        first.map_or(0, Body::steps)
     }
 
     /// Stopwatches; the run loop adds its own phases here too.

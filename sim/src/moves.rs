@@ -33,7 +33,7 @@ impl World {
         }
         let (bodies, phases) = (&mut self.bodies, &mut self.phases);
         // Passes over the nodes of a shared body are not taken here.
-        let here = bodies.iter().filter(|body| body.shared.is_none());
+        let here = bodies.iter().filter(|body| !body.whole.is_shared());
         let largest = here.map(|body| body.rest.len()).max();
         awake(largest.unwrap_or(0), || {
             let Some(contact) = &mut self.deformable else {
@@ -79,7 +79,6 @@ impl Body {
         others: Option<&mut Applied<'_>>,
         phases: &mut Phases,
     ) -> Result<(), WorldError> {
-        in_body(self.hand_over(), &self.name)?;
         self.times = StepTimes::default();
         let start = Instant::now();
         let decay = in_body(self.decay(step), &self.name)?;

@@ -2,6 +2,9 @@
 
 use std::mem::size_of_val;
 
+use phyxel_elastic::Elastic;
+use phyxel_integrate::Motion;
+
 use crate::phases::Phase;
 use crate::{Body, World};
 
@@ -21,14 +24,15 @@ impl Body {
     /// Every part that a body's model can have, in the order of a step, those that are off included.
     #[must_use]
     pub fn parts(&self) -> Vec<PartCost> {
-        let (moving, elastic) = (self.motion.bytes(), self.elastic.bytes());
+        let moving = self.whole.of_motion(Motion::bytes);
+        let elastic = self.whole.of_model(Elastic::bytes);
         let positions = size_of_val(&*self.rest) + size_of_val(&*self.tetrahedra);
         let graph = &self.neighborhoods;
         let others = elastic.held + elastic.cuts + elastic.watch + elastic.viscosity;
         let cutting = self.cutting.as_ref().map_or(0, crate::Cutting::bytes);
         let nodes = positions + size_of_val(&*self.volumes) + size_of_val(&*self.masses);
         let edges = size_of_val(graph.offsets()) + size_of_val(graph.indices());
-        let motion = moving.state + size_of_val(&*self.eigenvector) + elastic.watch;
+        let motion = moving.state + size_of_val(self.whole.eigenvector()) + elastic.watch;
         let tools = self.contacts.iter().map(|tool| tool.rigid.contact.bytes());
         let contact =
             tools.sum::<usize>() + size_of_val(self.tool_surface.triangles()) + moving.applied;

@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use glam::DVec3;
+use phyxel_integrate::Motion;
 
 use crate::error::{BodyProblem, WorldError, in_body};
 use crate::phases::Phase;
@@ -18,7 +19,7 @@ impl World {
     pub fn speed(&self) -> f64 {
         let (mut kinetic, mut mass) = (0.0, 0.0);
         for body in &self.bodies {
-            kinetic += body.motion.audit().kinetic;
+            kinetic += body.whole.of_motion(|motion| motion.audit().kinetic);
             mass += body.masses.iter().sum::<f64>();
         }
         (2.0 * kinetic / mass).sqrt()
@@ -126,7 +127,6 @@ impl World {
         self.now.kept = None;
         self.set_damping(None)?;
         for (body, description) in self.bodies.iter_mut().zip(&self.scene.bodies) {
-            body.fetch();
             if support::is_driven(&self.scene, description) {
                 let rest = &body.rest;
                 let supports = support::supports_of(&self.scene, description, rest, Some(start));
@@ -135,10 +135,10 @@ impl World {
             if description.velocity != DVec3::ZERO {
                 in_body(body.begin_with(description.velocity), &body.name)?;
             }
-            if !body.motion.has_pieces() {
+            if !body.whole.of_motion(Motion::has_pieces) {
                 // What nothing holds falls and turns freely from here on.
                 let pieces = body.pieces().piece;
-                let motion = &mut body.motion;
+                let (_, motion) = body.whole.as_it_is();
                 motion.set_pieces(&pieces);
                 if !motion.has_free_pieces() {
                     motion.set_pieces(&[]);
@@ -159,7 +159,7 @@ impl World {
         for body in &mut self.bodies {
             let value = damping.or(self.now.adjusted.damping);
             let value = value.unwrap_or(body.damping);
-            in_body(body.motion.set_damping(value), &body.name)?;
+            in_body(body.whole.as_it_is().1.set_damping(value), &body.name)?;
         }
         Ok(())
     }
@@ -186,10 +186,8 @@ impl World {
             return Ok(());
         };
         for body in &mut self.bodies {
-            body.fetch();
             let loads: Vec<DVec3> = body.masses.iter().map(|&mass| now * mass).collect();
-            in_body(body.motion.set_loads(&loads), &body.name)?;
-            body.moved_here();
+            in_body(body.whole.motion_mut().set_loads(&loads), &body.name)?;
         }
         Ok(())
     }

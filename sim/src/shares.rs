@@ -9,15 +9,16 @@ use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use glam::{DMat3, DVec3};
-use phyxel_elastic::{Dilatation, Part, StiffNode};
+use phyxel_elastic::{Dilatation, Elastic, Part, StiffNode};
 use phyxel_integrate::{
-    Eigenvalue, EigenvalueError, EigenvalueSettings, Grip, Motion, Shares, State,
+    Eigenvalue, EigenvalueError, EigenvalueSettings, Grip, Motion, Shares, State, StepError,
+    largest_eigenvalue,
 };
 use rayon::ThreadPool;
 
-use crate::World;
 use crate::body::{Body, evaluate, first_estimate};
 use crate::error::BodyProblem;
+use crate::newest::Newest;
 use crate::scene::{self, Scene};
 
 /// The shares of one body.
@@ -90,93 +91,223 @@ pub trait BodyShares: Shares + fmt::Debug + Send {
     fn kept(&mut self, state: &mut State, vector: &mut Vec<DVec3>);
 }
 
-/// Where the newest vectors of a body are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Newest {
-    Here,
-    Shares,
-    Both,
-}
-
-/// A body's shares, and what they know of it.
-#[derive(Debug, Clone)]
-pub(crate) struct Shared {
+/// A body's shares, and what they have of it.
+#[derive(Debug)]
+struct Shared {
     shares: Arc<Mutex<dyn BodyShares>>,
-    newest: Newest,
-    /// Whether the model here was evaluated where the nodes are.
-    evaluated: bool,
-    /// Whether the shares have the model, but for the rows of changed nodes.
+    /// Positions, velocities, forces and loads.
+    motion: bool,
+    /// The vector of estimates.
+    vector: bool,
+    /// The model, but for the rows of changed nodes.
     model: bool,
     /// Nodes whose rows cuts have changed since.
     changed: Vec<u32>,
-    /// Nodes that they tell of in every step.
+    /// Nodes whose motion is known here after every step.
     watched: Vec<u32>,
-    /// Where the newest vector of estimates is.
-    vector: Newest,
-    /// Whether they have the vectors of the snapshot.
-    pub(crate) keeps: bool,
 }
 
 impl Shared {
     /// Whether they have what moves as it is, forces after a cut included.
-    pub(crate) fn is_handed(&self) -> bool {
-        self.newest != Newest::Here && self.changed.is_empty()
+    fn is_handed(&self) -> bool {
+        self.motion && self.changed.is_empty()
     }
 
-    /// Estimates the largest eigenvalue of what was handed over; `vector` is the one here.
-    pub(crate) fn estimate(
-        &mut self,
-        vector: &[DVec3],
-        settings: &EigenvalueSettings,
-    ) -> Result<Eigenvalue, EigenvalueError> {
-        self.hand_vector(vector);
-        self.vector = Newest::Shares;
-        self.lock().estimate(settings)
-    }
-
-    pub(crate) fn hand_vector(&mut self, vector: &[DVec3]) {
-        if self.vector == Newest::Here {
+    fn hand_vector(&mut self, vector: &[DVec3]) {
+        if !std::mem::replace(&mut self.vector, true) {
             self.lock().set_vector(vector);
-            self.vector = Newest::Both;
         }
     }
 
-    /// Brings all vectors here.
-    fn fetch(&mut self, motion: &mut Motion) {
-        if self.newest == Newest::Shares {
-            motion.fetch(&mut *self.lock());
-            self.newest = Newest::Both;
-        }
-    }
-
-    pub(crate) fn lock(&self) -> MutexGuard<'_, dyn BodyShares + 'static> {
-        self.shares.lock().unwrap_or_else(PoisonError::into_inner)
+    fn lock(&self) -> MutexGuard<'_, dyn BodyShares + 'static> {
+        lock(&self.shares)
     }
 }
 
-impl World {
-    /// Brings the positions, velocities and forces of shared bodies here, for callers that read them.
-    pub fn fetch(&mut self) {
-        for body in &mut self.bodies {
-            body.fetch();
+/// Shares that nobody else uses now.
+pub(crate) fn lock(shares: &Mutex<dyn BodyShares>) -> MutexGuard<'_, dyn BodyShares + 'static> {
+    shares.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// What steps change of a body. The newest of it is here or with the shares, if the body has any: who reads it
+/// here brings it, and what is changed here is handed over before the shares do anything ([`Body::shares`]).
+#[derive(Debug)]
+pub(crate) struct Whole {
+    elastic: Newest<Elastic>,
+    motion: Newest<Motion>,
+    /// Vector of the last estimate of the largest eigenvalue, where the next one starts.
+    eigenvector: Newest<Vec<DVec3>>,
+    shared: Option<Shared>,
+}
+
+/// A clone has no shares, so that theirs are never two: its nodes are all here.
+impl Clone for Whole {
+    fn clone(&self) -> Self {
+        let (elastic, motion) = (self.elastic().clone(), self.motion().clone());
+        Self::new(elastic, motion, self.eigenvector().to_vec())
+    }
+}
+
+impl Whole {
+    pub(crate) fn new(elastic: Elastic, motion: Motion, eigenvector: Vec<DVec3>) -> Self {
+        Self {
+            elastic: Newest::new(elastic),
+            motion: Newest::new(motion),
+            eigenvector: Newest::new(eigenvector),
+            shared: None,
         }
     }
 
-    /// As [`World::fetch`], and brings all else here that [`World::state`] holds.
-    pub fn fetch_state(&mut self) {
-        self.fetch();
-        self.fetch_kept();
-        for body in &mut self.bodies {
-            body.fetch_vector();
-        }
+    pub(crate) fn is_shared(&self) -> bool {
+        self.shared.is_some()
     }
 
-    /// As [`World::fetch`], and evaluates the models where the nodes are, for callers that read strains and
-    /// stresses.
-    pub fn fetch_all(&mut self) {
-        for body in &mut self.bodies {
-            body.fetch_all();
+    fn ask_shares<R>(&self, bring: impl FnOnce(&mut dyn BodyShares) -> R) -> Option<R> {
+        self.shared
+            .as_ref()
+            .map(|shared| bring(&mut *shared.lock()))
+    }
+
+    pub(crate) fn motion(&self) -> &Motion {
+        let bring = |motion: &mut Motion| self.ask_shares(|shares| motion.fetch(shares));
+        self.motion.get(|motion| bring(motion).unwrap_or(()))
+    }
+
+    /// Evaluated where the nodes are.
+    pub(crate) fn elastic(&self) -> &Elastic {
+        self.elastic
+            .get(|elastic| evaluate(elastic, self.motion().positions()))
+    }
+
+    pub(crate) fn eigenvector(&self) -> &[DVec3] {
+        let newest = || self.ask_shares(|shares| shares.vector());
+        self.eigenvector
+            .get(|vector| *vector = newest().unwrap_or_default())
+    }
+
+    /// Reads what the motion here knows as well as the shares: all but vectors, and of these monitored nodes.
+    pub(crate) fn of_motion<R>(&self, read: impl FnOnce(&Motion) -> R) -> R {
+        self.motion.peek(read)
+    }
+
+    /// Reads what no step changes of the model.
+    pub(crate) fn of_model<R>(&self, read: impl FnOnce(&Elastic) -> R) -> R {
+        self.elastic.peek(read)
+    }
+
+    /// The motion, to be changed.
+    pub(crate) fn motion_mut(&mut self) -> &mut Motion {
+        self.motion();
+        if let Some(shared) = &mut self.shared {
+            shared.motion = false;
         }
+        self.motion.as_it_is()
+    }
+
+    /// Both, to be changed in all; the model has to be evaluated where the nodes are in the end.
+    pub(crate) fn rebuild(&mut self) -> (&mut Elastic, &mut Motion) {
+        self.motion();
+        if let Some(shared) = &mut self.shared {
+            shared.motion = false;
+            shared.model = false;
+            shared.changed.clear();
+        }
+        (self.elastic.take_up(), self.motion.as_it_is())
+    }
+
+    /// Both, to be changed by a cut in the rows of some nodes.
+    pub(crate) fn cut(&mut self, touched: &[u32]) -> (&mut Elastic, &mut Motion) {
+        self.elastic();
+        self.motion();
+        if let Some(shared) = &mut self.shared {
+            shared.changed.extend_from_slice(touched);
+        }
+        self.as_it_is()
+    }
+
+    /// Both as they are here, to change what shares have no part in: energies, pieces, damping by mass, viscosity.
+    pub(crate) fn as_it_is(&mut self) -> (&mut Elastic, &mut Motion) {
+        (self.elastic.as_it_is(), self.motion.as_it_is())
+    }
+
+    /// Both, for a step that shares take if there are any: the newest is then there.
+    pub(crate) fn begin_step(&mut self) -> (&mut Elastic, &mut Motion) {
+        if self.is_shared() {
+            self.elastic.leave_behind();
+            self.motion.leave_behind();
+        }
+        self.as_it_is()
+    }
+
+    /// Evaluates the forces again; the energy's jump (J) is recorded.
+    pub(crate) fn refresh(&mut self) -> Result<f64, StepError> {
+        self.motion();
+        let (elastic, motion) = (self.elastic.take_up(), self.motion.as_it_is());
+        motion.refresh(|x, f| elastic.forces_into(x, f))
+    }
+
+    /// What a product with the whole stiffness takes, and the vector of estimates to be changed.
+    pub(crate) fn products(&mut self) -> (&mut Elastic, &Motion, &mut Vec<DVec3>) {
+        self.elastic();
+        self.eigenvector_mut();
+        let motion = self.motion.as_it_is();
+        (self.elastic.as_it_is(), motion, self.eigenvector.as_it_is())
+    }
+
+    pub(crate) fn eigenvector_mut(&mut self) -> &mut Vec<DVec3> {
+        self.eigenvector();
+        if let Some(shared) = &mut self.shared {
+            shared.vector = false;
+        }
+        self.eigenvector.as_it_is()
+    }
+
+    /// What surrounds stiff nodes, evaluated, see [`Elastic::part_around`].
+    pub(crate) fn part_around(&mut self, stiffest: &[StiffNode]) -> (Part, Vec<DVec3>) {
+        let elastic = self.elastic.as_it_is();
+        let (part, vector) = elastic.part_around(stiffest);
+        if let Some(shared) = &self.shared
+            && !self.elastic.is_here()
+        {
+            let (gradients, positions) = shared.lock().read(part.rows(), part.ends());
+            let elastic = self.elastic.as_it_is();
+            elastic.set_part_state(&part, &gradients, &positions);
+        }
+        (part, vector)
+    }
+
+    /// Takes a state that was kept.
+    pub(crate) fn restore(
+        &mut self,
+        elastic: &phyxel_elastic::State,
+        motion: State,
+        vector: Vec<DVec3>,
+    ) {
+        let model = self.elastic.take_up();
+        model.set_state(elastic);
+        evaluate(model, &motion.positions);
+        self.motion.take_up().restore(motion);
+        *self.eigenvector.take_up() = vector;
+        if let Some(shared) = &mut self.shared {
+            shared.motion = false;
+            shared.vector = false;
+        }
+        self.rebuild();
+    }
+
+    /// Has shares keep their part of the state themselves, if they have it; whether they do.
+    pub(crate) fn keep(&mut self) -> bool {
+        let Some(shared) = self.shared.as_mut().filter(|shared| shared.is_handed()) else {
+            return false;
+        };
+        shared.hand_vector(self.eigenvector.as_it_is());
+        shared.lock().keep(self.motion.as_it_is().velocities());
+        true
+    }
+
+    /// Brings what shares have kept.
+    pub(crate) fn fetch_kept(&self, motion: &mut State, vector: &mut Vec<DVec3>) {
+        self.ask_shares(|shares| shares.kept(motion, vector));
     }
 }
 
@@ -194,201 +325,170 @@ impl Body {
         let mut body = builders.install(|| Self::build(scene, description))?;
         let watched = body.watched();
         let found = {
-            let mut shares = shares.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut shares = lock(&shares);
             shares.set_model(&body, &watched)?;
-            shares.set_vector(&body.eigenvector);
+            shares.set_vector(body.whole.eigenvector());
             shares.estimate(&first_estimate())?
         };
         body.take_first_eigenvalue(found, description.damping_ratio)?;
-        body.shared = Some(Shared {
+        body.whole.eigenvector.leave_behind();
+        body.whole.shared = Some(Shared {
             shares,
             // They know nothing yet of loads, and of damping.
-            newest: Newest::Here,
-            evaluated: true,
+            motion: false,
+            vector: true,
             model: true,
             changed: Vec::new(),
             watched,
-            vector: Newest::Shares,
-            keeps: false,
         });
         Ok(body)
     }
 
-    /// Gives the shares what has changed here.
-    pub(crate) fn hand_over(&mut self) -> Result<(), BodyProblem> {
-        let Some(mut shared) = self.shared.take() else {
-            return Ok(());
-        };
-        let handed = self.hand_over_to(&mut shared);
-        self.shared = Some(shared);
-        handed
-    }
-
-    fn hand_over_to(&mut self, shared: &mut Shared) -> Result<(), BodyProblem> {
-        if self.motion.state().forces.is_empty() {
-            self.refresh()?;
-            shared.newest = Newest::Here;
-            shared.evaluated = true;
+    /// The shares, which have all that has changed here.
+    pub(crate) fn shares(&mut self) -> Result<Option<Arc<Mutex<dyn BodyShares>>>, BodyProblem> {
+        if !self.whole.is_shared() {
+            return Ok(None);
+        }
+        if self
+            .whole
+            .of_motion(|motion| motion.state().forces.is_empty())
+        {
+            self.whole.refresh()?;
+            self.whole.motion_mut();
         }
         let watched = self.watched();
+        let is_same = |shared: &Shared| {
+            shared.model && shared.changed.is_empty() && shared.watched == watched
+        };
+        if !self.whole.shared.as_ref().is_some_and(is_same) {
+            self.whole.motion();
+        }
+        let Some(mut shared) = self.whole.shared.take() else {
+            return Ok(None);
+        };
+        let handed = self.hand_over(&mut shared, watched);
+        let shares = shared.shares.clone();
+        self.whole.shared = Some(shared);
+        handed.map(|()| Some(shares))
+    }
+
+    fn hand_over(&self, shared: &mut Shared, watched: Vec<u32>) -> Result<(), BodyProblem> {
         let mut changed = std::mem::take(&mut shared.changed);
         if !shared.model {
-            shared.fetch(&mut self.motion);
             shared.lock().set_model(self, &watched)?;
-            shared.newest = Newest::Here;
+            shared.motion = false;
             shared.model = true;
         } else if !changed.is_empty() || shared.watched != watched {
-            shared.fetch(&mut self.motion);
             changed.sort_unstable();
             changed.dedup();
             shared.lock().change_model(self, &changed, &watched)?;
         }
         shared.watched = watched;
-        if shared.newest == Newest::Here {
-            shared.lock().set_state(&self.motion)?;
-            shared.newest = Newest::Both;
+        if !shared.motion {
+            shared.lock().set_state(self.motion())?;
+            shared.motion = true;
         }
         Ok(())
     }
 
     /// Nodes that the motion of the whole has to see in every step, ascending.
     fn watched(&self) -> Vec<u32> {
-        let supports = self.motion.supports().entries().iter();
-        let driven = supports.filter(|support| support.path.is_some());
-        let mut nodes: Vec<u32> = driven.map(|support| support.node).collect();
+        let mut nodes: Vec<u32> = self.whole.of_motion(|motion| {
+            let supports = motion.supports().entries().iter();
+            let driven = supports.filter(|support| support.path.is_some());
+            driven.map(|support| support.node).collect()
+        });
         let tools = self.contacts.iter().map(|tool| &tool.rigid.contact);
         nodes.extend(tools.flat_map(|contact| contact.surface().members()));
         nodes.extend(self.grip.iter().flat_map(Grip::nodes));
-        nodes.extend(self.elastic.bond_ends());
+        let bonds = self.whole.of_model(|elastic| elastic.bond_ends().collect());
+        nodes.extend::<Vec<u32>>(bonds);
         nodes.sort_unstable();
         nodes.dedup();
         nodes
     }
 
-    /// Brings positions, velocities and forces here.
-    pub(crate) fn fetch(&mut self) {
-        if let Some(shared) = &mut self.shared {
-            shared.fetch(&mut self.motion);
-        }
-    }
-
-    /// Brings them here and evaluates the model there.
-    pub(crate) fn fetch_all(&mut self) {
-        self.fetch();
-        if let Some(shared) = &mut self.shared
-            && !std::mem::replace(&mut shared.evaluated, true)
+    /// Estimates the largest eigenvalue of the whole, from the vector of the last time: where the nodes are, once they
+    /// move.
+    pub(crate) fn whole_eigenvalue(
+        &mut self,
+        settings: &EigenvalueSettings,
+    ) -> Result<Eigenvalue, BodyProblem> {
+        if !self
+            .whole
+            .of_motion(|motion| motion.state().forces.is_empty())
+            && let Some(shares) = self.shares()?
         {
-            evaluate(&mut self.elastic, self.motion.positions());
+            if let Some(shared) = &mut self.whole.shared {
+                shared.hand_vector(self.whole.eigenvector.as_it_is());
+            }
+            self.whole.eigenvector.leave_behind();
+            return Ok(lock(&shares).estimate(settings)?);
         }
-    }
-
-    /// Brings the vector of estimates here.
-    pub(crate) fn fetch_vector(&mut self) {
-        if let Some(shared) = &mut self.shared
-            && shared.vector == Newest::Shares
-        {
-            self.eigenvector = shared.lock().vector();
-            shared.vector = Newest::Both;
-        }
+        let (elastic, motion, vector) = self.whole.products();
+        let product = |v: &[DVec3], out: &mut [DVec3]| elastic.tangent_product_into(v, out);
+        let supports = motion.supports();
+        Ok(largest_eigenvalue(
+            &self.masses,
+            supports,
+            product,
+            vector,
+            settings,
+        )?)
     }
 
     /// The stiffest nodes where the nodes are, of all or of some runs of them.
-    pub(crate) fn stiffest_nodes(
-        &mut self,
-        count: usize,
-        runs: Option<&[usize]>,
-    ) -> Vec<StiffNode> {
-        if let Some(shared) = &mut self.shared
-            && shared.is_handed()
-        {
-            return shared.lock().stiffest_nodes(count, runs);
-        }
-        self.fetch_all();
-        self.elastic.stiffest_nodes(count, runs)
+    pub(crate) fn stiffest_nodes(&self, count: usize, runs: Option<&[usize]>) -> Vec<StiffNode> {
+        let handed = self
+            .whole
+            .shared
+            .as_ref()
+            .filter(|shared| shared.is_handed());
+        handed.map_or_else(
+            || self.elastic().stiffest_nodes(count, runs),
+            |shared| shared.lock().stiffest_nodes(count, runs),
+        )
     }
 
-    /// Brings what products within a part read.
-    pub(crate) fn fetch_part(&mut self, part: &Part) {
-        if let Some(shared) = &mut self.shared
-            && !shared.evaluated
-        {
-            let (gradients, positions) = shared.lock().read(part.rows(), part.ends());
-            self.elastic.set_part_state(part, &gradients, &positions);
-        }
-    }
-
-    /// Notes that the vector of estimates was changed here, after a [`Body::fetch_vector`].
-    pub(crate) fn turned_here(&mut self) {
-        if let Some(shared) = &mut self.shared {
-            shared.vector = Newest::Here;
-        }
-    }
-
-    /// Notes that what moves was changed here, after a [`Body::fetch`].
-    pub(crate) fn moved_here(&mut self) {
-        if let Some(shared) = &mut self.shared {
-            shared.newest = Newest::Here;
-        }
-    }
-
-    /// Notes that the model was changed here, and evaluated where the nodes are.
-    pub(crate) fn rebuilt_here(&mut self) {
-        if let Some(shared) = &mut self.shared {
-            shared.newest = Newest::Here;
-            shared.model = false;
-            shared.changed.clear();
-            shared.evaluated = true;
-        }
-    }
-
-    /// Notes that a cut changed the rows of some nodes of the model here, which was evaluated where the nodes are.
-    pub(crate) fn cut_here(&mut self, nodes: &[u32]) {
-        if let Some(shared) = &mut self.shared {
-            shared.changed.extend_from_slice(nodes);
-        }
-    }
-
-    /// Shares that take the steps, to be locked for the one that follows.
-    pub(crate) fn shares(&mut self) -> Option<Arc<Mutex<dyn BodyShares>>> {
-        self.shared.as_mut().map(|shared| {
-            shared.newest = Newest::Shares;
-            shared.evaluated = false;
-            shared.shares.clone()
-        })
+    /// Reads of the model where it was evaluated last, here or by the shares.
+    fn evaluated<R>(
+        &self,
+        here: impl FnOnce(&Elastic) -> R,
+        there: impl FnOnce(&mut dyn BodyShares) -> R,
+    ) -> R {
+        let elsewhere = !self.whole.elastic.is_here();
+        let found = elsewhere.then(|| self.whole.ask_shares(there)).flatten();
+        found.unwrap_or_else(|| here(self.elastic()))
     }
 
     /// Smallest `det F` at the state last evaluated, of nodes that carry strain energy.
     #[must_use]
     pub fn smallest_volume_ratio(&self) -> f64 {
-        match &self.shared {
-            Some(shared) if !shared.evaluated => shared.lock().smallest_volume_ratio(),
-            _ => self.elastic.smallest_volume_ratio(),
-        }
-    }
-
-    /// Lets the retained gradients decay, here and in the shares; the first half of the work (J).
-    pub(crate) fn decay_by(&mut self, factor: f64) -> f64 {
-        // Where the nodes are with shares, what the model here says of works is of another state.
-        let works = self.elastic.decay(factor, self.motion.positions());
-        let [offsets, bonds] = works.sums();
-        let work = offsets + bonds;
-        let shared = self.shared.as_ref();
-        shared.map_or(work, |shared| shared.lock().decay(factor))
-    }
-
-    /// The second halves (J) of the works of the last [`Body::decay_by`].
-    pub(crate) fn decay_works(&mut self) -> [f64; 2] {
-        let works = self.elastic.decay_works().sums();
-        let shared = self.shared.as_ref();
-        shared.map_or(works, |shared| shared.lock().decay_works())
+        let here = Elastic::smallest_volume_ratio;
+        self.evaluated(here, |shares| shares.smallest_volume_ratio())
     }
 
     /// Stiffness indicators of the runs of nodes at the state last evaluated.
     pub(crate) fn stiffness_indicators(&self) -> Vec<f64> {
-        match &self.shared {
-            Some(shared) if !shared.evaluated => shared.lock().stiffness_indicators(),
-            _ => self.elastic.stiffness_indicators().collect(),
-        }
+        let here = |elastic: &Elastic| elastic.stiffness_indicators().collect();
+        self.evaluated(here, |shares| shares.stiffness_indicators())
+    }
+
+    /// Lets the retained gradients decay, here and in the shares; the first half of the work (J).
+    pub(crate) fn decay_by(&mut self, factor: f64) -> Result<f64, BodyProblem> {
+        let shares = self.shares()?;
+        let (elastic, motion) = self.whole.as_it_is();
+        // Where the nodes are with shares, what the model here says of works is of another state.
+        let works = elastic.decay(factor, motion.positions()).sums();
+        let there = shares.map(|shares| lock(&shares).decay(factor));
+        Ok(there.unwrap_or(works[0] + works[1]))
+    }
+
+    /// The second halves (J) of the works of the last [`Body::decay_by`].
+    pub(crate) fn decay_works(&mut self) -> [f64; 2] {
+        let works = self.whole.as_it_is().0.decay_works().sums();
+        let there = self.whole.ask_shares(|shares| shares.decay_works());
+        there.unwrap_or(works)
     }
 }
 

@@ -55,11 +55,21 @@ impl World {
     #[must_use]
     pub fn state(&self) -> WorldState {
         WorldState {
-            now: self.now.clone(),
+            now: self.standing(),
             input: self.input.state.clone(),
             bodies: self.bodies.iter().map(Body::state).collect(),
             contact: (self.deformable.as_ref()).map(|contact| contact.contact.state().clone()),
         }
+    }
+
+    /// Where it stands, with what partitions of bodies have of the snapshot.
+    pub(crate) fn standing(&self) -> Standing {
+        let mut now = self.now.clone();
+        let kept = now.kept.iter_mut().flat_map(|kept| &mut kept.bodies);
+        for (body, state) in self.bodies.iter().zip(kept) {
+            body.fetch_kept(state);
+        }
+        now
     }
 
     /// Brings a new world into a state that [`World::state`] gave. `grown` sees the pieces of cuts
@@ -233,7 +243,7 @@ mod tests {
         for edge in &state.now.captured {
             again.capture_again(edge).unwrap();
         }
-        let count = |world: &World| world.bodies[0].elastic.deficient_nodes().len();
+        let count = |world: &World| world.bodies[0].elastic().deficient_nodes().len();
         assert!(count(&again) < count(&whole), "the motion had a say");
         let mut again = World::new(scene).unwrap();
         again.restore(state, |_, _| ()).unwrap();
@@ -353,7 +363,7 @@ mod tests {
         let mut world = sound.clone();
         for step in 0..12 {
             if [0, 1, 6, 9].contains(&step) {
-                let motion = &mut world.bodies[1].motion;
+                let motion = world.bodies[1].whole.motion_mut();
                 let state = motion.state().clone();
                 let mut broken = state.clone();
                 broken.positions[0] = DVec3::NAN;
@@ -364,7 +374,7 @@ mod tests {
                     assert!(matches!(&error, WorldError::Body { .. }), "{error}");
                     assert_eq!(bytes(&world), before, "capture {step}");
                 }
-                world.bodies[1].motion.restore(state);
+                world.bodies[1].whole.motion_mut().restore(state);
             }
             assert_alike(&mut world, &mut sound, 1);
         }

@@ -2,10 +2,7 @@
 
 use glam::DVec3;
 use phyxel_elastic::{Part, StiffNode};
-use phyxel_integrate::{
-    Alarm, Eigenvalue, EigenvalueError, EigenvalueSettings, largest_eigenvalue,
-    largest_eigenvalue_within,
-};
+use phyxel_integrate::{Alarm, EigenvalueSettings, largest_eigenvalue_within};
 
 use crate::body::{Body, first_estimate};
 use crate::error::BodyProblem;
@@ -26,35 +23,11 @@ fn estimate(products: usize) -> EigenvalueSettings {
 impl Body {
     /// Estimates the largest eigenvalue where the body is now: by products with the whole, from the
     /// vector of the last time, and by those with what surrounds its stiffest nodes.
-    /// Shares that were handed what has changed here make the first.
     pub(crate) fn estimate_eigenvalue(&mut self, products: usize) -> Result<(), BodyProblem> {
-        let settings = estimate(products);
-        let found = match &mut self.shared {
-            Some(shared) if shared.is_handed() => shared.estimate(&self.eigenvector, &settings)?,
-            _ => {
-                self.fetch_vector();
-                self.turned_here();
-                self.whole_eigenvalue(&settings)?
-            }
-        };
+        let found = self.whole_eigenvalue(&estimate(products))?;
         self.stiffness.take_whole(found.value);
         let stiffest = self.stiffest_nodes(STIFFEST_NODES, None);
         self.estimate_around(&stiffest)
-    }
-
-    /// The same of the whole where the model was evaluated, from the vector of the last time.
-    pub(crate) fn whole_eigenvalue(
-        &mut self,
-        settings: &EigenvalueSettings,
-    ) -> Result<Eigenvalue, EigenvalueError> {
-        let elastic = &mut self.elastic;
-        largest_eigenvalue(
-            &self.masses,
-            self.motion.supports(),
-            |v, out| elastic.tangent_product_into(v, out),
-            &mut self.eigenvector,
-            settings,
-        )
     }
 
     /// Estimates again where stiffness has risen since the last estimate, or everywhere when it has fallen;
@@ -77,8 +50,7 @@ impl Body {
         if stiffest.is_empty() {
             return Ok(());
         }
-        let (part, mut vector) = self.elastic.part_around(stiffest);
-        self.fetch_part(&part);
+        let (part, mut vector) = self.whole.part_around(stiffest);
         let found = self.part_eigenvalue(&part, &mut vector, LOCAL_PRODUCTS)?;
         self.stiffness.take_local(found);
         Ok(())
@@ -92,11 +64,11 @@ impl Body {
         vector: &mut Vec<DVec3>,
         products: usize,
     ) -> Result<f64, BodyProblem> {
-        let elastic = &mut self.elastic;
+        let (elastic, motion) = self.whole.as_it_is();
         let found = largest_eigenvalue_within(
             part.nodes(),
             &self.masses,
-            self.motion.supports(),
+            motion.supports(),
             |v, out| elastic.tangent_product_within(part, v, out),
             vector,
             &estimate(products),
@@ -111,11 +83,10 @@ impl Body {
             return;
         }
         self.stiffness.estimates[1] = eigenvalue;
-        self.fetch_vector();
-        self.turned_here();
+        let vector = self.whole.eigenvector_mut();
         for (&node, part) in part.nodes().iter().zip(mode) {
             // A snapshot may have no vector.
-            if let Some(whole) = self.eigenvector.get_mut(node as usize) {
+            if let Some(whole) = vector.get_mut(node as usize) {
                 *whole += *part;
             }
         }

@@ -26,14 +26,14 @@ fn a_bar_is_twisted_by_360_degrees_and_back() {
     let mut world = world(&bar, &rest);
     play(&mut world, 0.4).expect("it runs");
     let body = &world.bodies()[0];
-    let gradients = body.elastic.deformation_gradients();
+    let gradients = body.elastic().deformation_gradients();
     let determinants = gradients.iter().map(|f| f.determinant());
     let smallest = determinants.fold(f64::INFINITY, f64::min);
     assert!(smallest > 0.2, "det F falls to {smallest}");
-    let twisted = body.motion.audit().elastic;
+    let twisted = body.motion().audit().elastic;
     play(&mut world, 1.2).expect("it runs");
     let body = &world.bodies()[0];
-    let back = body.motion.audit().elastic;
+    let back = body.motion().audit().elastic;
     assert!(back < 1e-3 * twisted, "{back} J of {twisted} J are left");
     assert!(largest_way(body) < 1e-3, "it is not back");
     audit_closes(&world, 0.01);
@@ -49,9 +49,9 @@ fn nearly_incompressible_tissue_sags_and_keeps_its_volume() {
         let mut world = world(&body, &format!("{HELD} {AT_ONCE}"));
         play(&mut world, 0.5).expect("it runs");
         let body = &world.bodies()[0];
-        let heights = body.motion.positions().iter().map(|x| x.z);
+        let heights = body.motion().positions().iter().map(|x| x.z);
         let lowest = heights.fold(f64::INFINITY, f64::min);
-        let gradients = body.elastic.deformation_gradients();
+        let gradients = body.elastic().deformation_gradients();
         let volumes = gradients.iter().zip(&body.volumes);
         let volume: f64 = volumes.map(|(f, v)| f.determinant() * v).sum();
         (-0.03 - lowest, (volume / body.volume - 1.0).abs())
@@ -95,7 +95,7 @@ fn ten_nodes_are_too_few_and_some_thirty_hang() {
     let body = &world.bodies()[0];
     let count = body.rest.len();
     assert!((30..100).contains(&count), "{count} nodes");
-    let nodes = body.rest.iter().zip(body.motion.positions());
+    let nodes = body.rest.iter().zip(body.motion().positions());
     let fallen: f64 = nodes.map(|(rest, x)| rest.z - x.z).sum();
     assert!(fallen > 0.0, "it sags");
     audit_closes(&world, 0.01);

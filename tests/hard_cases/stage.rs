@@ -32,10 +32,10 @@ pub(super) fn play(world: &mut World, time: f64) -> Result<(), WorldError> {
 
 pub(super) fn check(world: &World) {
     for body in world.bodies() {
-        let state = body.motion.state();
+        let state = body.motion().state();
         let mut moving = state.positions.iter().chain(&state.velocities);
         assert!(moving.all(|v| v.is_finite()), "{}", body.name);
-        let mass: f64 = body.motion.masses().iter().sum();
+        let mass: f64 = body.motion().masses().iter().sum();
         let kept = mass / body.mass;
         assert!((kept - 1.0).abs() < 1e-12, "mass {mass}");
         let sum: DVec3 = state.forces.iter().sum();
@@ -47,7 +47,7 @@ pub(super) fn check(world: &World) {
 /// Energy is accounted for in every body but for so small a fraction.
 pub(super) fn audit_closes(world: &World, most: f64) {
     for body in world.bodies() {
-        let off = body.motion.audit().unexplained();
+        let off = body.motion().audit().unexplained();
         assert!(off < most, "{}: audit off by {off}", body.name);
     }
 }
@@ -97,6 +97,6 @@ pub(super) fn across(name: &str, height: f64, times: [f64; 2]) -> String {
 
 /// How far (m) the node that moved most is from its position at rest.
 pub(super) fn largest_way(body: &Body) -> f64 {
-    let pairs = body.motion.positions().iter().zip(&body.rest);
+    let pairs = body.motion().positions().iter().zip(&body.rest);
     pairs.map(|(x, rest)| x.distance(*rest)).fold(0.0, f64::max)
 }

@@ -26,7 +26,7 @@ fn at_rest(material: &str, body: &str) -> World {
 }
 
 pub(super) fn imbalance(world: &World) -> f64 {
-    world.bodies()[0].motion.audit().unexplained()
+    world.bodies()[0].motion().audit().unexplained()
 }
 
 /// A hanging column stretches by `rho g l² / 2E` (uniaxial, held as the top is it sags a little less);
@@ -131,7 +131,7 @@ fn mean_dilatation_agrees_where_nothing_locks() {
         world.rest_in_equilibrium().expect("it has an equilibrium");
         let body = &world.bodies()[0];
         let middle = |x: &DVec3| x.z < -0.0149 && x.truncate().length() < 0.02;
-        let low = body.rest.iter().zip(body.motion.positions());
+        let low = body.rest.iter().zip(body.motion().positions());
         let sunk = low.filter(|(rest, _)| middle(rest));
         let sunk: Vec<f64> = sunk.map(|(rest, now)| rest.z - now.z).collect();
         sunk.iter().sum::<f64>() / sunk.len() as f64
@@ -183,7 +183,7 @@ fn the_dissertations_method_is_as_it_says() {
     assert!((1.2..2.3).contains(&ratio), "{ratio} of the volume");
     play(&mut world, 0.3);
     let body = &world.bodies()[0];
-    let forces = &body.motion.state().forces;
+    let forces = &body.motion().state().forces;
     let sum: DVec3 = forces.iter().sum();
     let size: f64 = forces.iter().map(|f| f.length()).sum();
     assert!(sum.length() < 1e-12 * size, "{sum} of {size} N");

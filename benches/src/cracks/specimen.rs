@@ -108,7 +108,7 @@ impl Specimen {
         let cutting = body.cutting.as_ref();
         let cutting = cutting.ok_or("the blade of a study cuts nothing")?;
         let turn = plate.turn();
-        let mut elastic = body.elastic.clone();
+        let mut elastic = body.elastic().clone();
         if fronts == Fronts::Without {
             let mut state = elastic.state();
             state.fronts.clear();

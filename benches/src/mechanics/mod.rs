@@ -283,10 +283,10 @@ impl Task {
     ) -> Result<Vec<Row>, StudyError> {
         let (solid, spacing) = (Self::solid(ratio), self.spacing(cells));
         let scene = self.scene(solid, spacing, Scheme::default());
-        let mut body = Body::new(&scene, &scene.bodies[0])?;
-        let reader = body.elastic.clone();
+        let body = Body::new(&scene, &scene.bodies[0])?;
+        let (reader, mut elastic) = (body.elastic(), body.elastic().clone());
         let made = (&*body.rest, &*body.volumes, &*body.tetrahedra);
-        let law = law(&mut body.elastic);
+        let law = law(&mut elastic);
         let row = self.answer(law, made, spacing, known, |x| reader.smoothed_positions(x))?;
         let tissue = Solid {
             youngs_modulus: YOUNGS_MODULUS,

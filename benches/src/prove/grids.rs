@@ -33,7 +33,7 @@ pub(super) fn grid(proof: &mut Proof) {
         let body = &world.bodies()[0];
         // 4.7e-3 at most, in the liver of 1,100 nodes.
         let what = format!("energy-balance error of {name}, {nodes} nodes");
-        proof.below(what, body.motion.audit().unexplained(), 0.02);
+        proof.below(what, body.motion().audit().unexplained(), 0.02);
         let Some(cutting) = &body.cutting else {
             assert_eq!(cuts, 0, "{name}");
             continue;

@@ -83,7 +83,7 @@ impl Given {
         let mut world = World::new(self.scene()).expect("it can be built");
         world.play(REST, |_| ()).expect("it ends");
         let body = &world.bodies()[0];
-        let audit = body.motion.audit();
+        let audit = body.motion().audit();
         let energy = audit.taken() - audit.energy_correction;
         let severed = body.cutting.as_ref().map_or(0, Cutting::severed_pairs);
         (energy / self.scale.powi(5), severed)

@@ -43,7 +43,7 @@ fn play(proof: &mut Proof, name: &str, scene: &str, [end, depth]: [f64; 2]) {
     proof.holds(what("surfaces were pressed"), pressed);
     proof.below(what("depth over the spacing"), deepest, depth);
     for body in world.bodies() {
-        let audit = body.motion.audit();
+        let audit = body.motion().audit();
         let share = audit.unexplained();
         proof.above(what("det F"), body.smallest_ratio, 1e-6);
         proof.below(what("unexplained energy of a body"), share, UNBALANCED);
@@ -56,7 +56,7 @@ fn play(proof: &mut Proof, name: &str, scene: &str, [end, depth]: [f64; 2]) {
 /// Energy that contact made or lost, over what the bodies hold or damped.
 fn unbalanced(world: &World) -> f64 {
     let (_, state) = world.body_contact().expect("it is asked for");
-    let audits = world.bodies().iter().map(|body| body.motion.audit());
+    let audits = world.bodies().iter().map(|body| body.motion().audit());
     let scale: f64 = audits.map(|audit| audit.elastic.max(audit.taken())).sum();
     state.energy_error().abs() / scale
 }

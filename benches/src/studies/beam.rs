@@ -99,7 +99,7 @@ fn beam(ratio: f64, (spacing, form): (f64, Form)) -> Scene {
 
 fn measure(ratio: f64, reference: f64, nodes: (f64, Form)) -> Result<Measured, StudyError> {
     let scene = beam(ratio, nodes);
-    let mut body = Body::new(&scene, &scene.bodies[0])?;
+    let body = Body::new(&scene, &scene.bodies[0])?;
     let boundary = &body.stencils.boundary_vectors;
     // The fraction of the end face that each of its nodes stands for.
     let at_end = |x: &DVec3| f64::from(u8::from(x.x > 0.499_999 * LENGTH));
@@ -109,7 +109,8 @@ fn measure(ratio: f64, reference: f64, nodes: (f64, Form)) -> Result<Measured, S
     let force = |share: &f64| DVec3::new(0.0, 0.0, -FORCE * share / area);
     let forces: Vec<DVec3> = shares.iter().map(force).collect();
     let mut positions = body.rest.clone();
-    let (law, supports) = (&mut law(&mut body.elastic), body.motion.supports());
+    let mut elastic = body.elastic().clone();
+    let (law, supports) = (&mut law(&mut elastic), body.motion().supports());
     let settings = NewtonSettings::with_tolerance(TOLERANCE);
     solve_static(
         law,

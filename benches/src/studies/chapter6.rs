@@ -188,7 +188,7 @@ fn measured(
         drawing: median(&drawing).unwrap_or(0.0),
         released: energy.released,
         added: energy.added,
-        unexplained: body.motion.audit().energy_error(),
+        unexplained: body.motion().audit().energy_error(),
     })
 }
 

@@ -55,7 +55,7 @@ fn play(text: &str) -> Result<World, StudyError> {
 
 /// Vertical force (N) of the supports on nodes of a body that are above a height (m).
 fn reaction(body: &Body, above: f64) -> f64 {
-    let mut entries = body.motion.reactions();
+    let mut entries = body.motion().reactions();
     entries.retain(|(node, _)| body.rest[*node as usize].z > above);
     entries.iter().map(|(_, force)| force.z).sum()
 }
@@ -92,7 +92,7 @@ fn press(size: u32, rows: &mut Rows) -> Result<(), StudyError> {
         }
         let mut world = World::new(scene(&block(by, true, 0, 11.8))?)?;
         world.restore(cut.state(), |_, _| ())?;
-        let audit = |world: &World| *world.bodies()[0].motion.audit();
+        let audit = |world: &World| *world.bodies()[0].motion().audit();
         let (stored, mut swings) = (audit(&world).elastic, 0.0_f64);
         world.play(11.8, |world| swings = swings.max(audit(world).kinetic))?;
         rows.add(
@@ -132,7 +132,7 @@ fn patch(size: u32, rows: &mut Rows) -> Result<(), StudyError> {
     rows.add("patch", "force (N)", upper, whole);
     let (mut sum, mut volume, mut most) = (0.0, 0.0, 0.0_f64);
     for body in two.bodies() {
-        let gradients = body.elastic.deformation_gradients();
+        let gradients = body.elastic().deformation_gradients();
         for (f, v) in gradients.iter().zip(&body.volumes) {
             let off = (1.0 - f.z_axis.z) / 0.01 - 1.0;
             sum += v * off * off;
@@ -196,7 +196,7 @@ fn bars(size: u32, rows: &mut Rows) -> Result<(), StudyError> {
     ))?;
     let mut world = World::new(scene)?;
     let total = |world: &World| {
-        let audits = || world.bodies().iter().map(|body| body.motion.audit());
+        let audits = || world.bodies().iter().map(|body| body.motion().audit());
         let springs = world.body_contact().map_or(0.0, |(_, state)| state.energy);
         let stored: f64 = audits().map(|audit| audit.kinetic + audit.elastic).sum();
         let momentum: DVec3 = audits().map(|audit| audit.momentum).sum();
@@ -235,7 +235,7 @@ fn slide(size: u32, rows: &mut Rows) -> Result<(), StudyError> {
         500 * size
     ))?;
     let body = &world.bodies()[1];
-    let nodes = body.rest.iter().zip(body.motion.positions());
+    let nodes = body.rest.iter().zip(body.motion().positions());
     let moved = nodes.zip(&body.masses).map(|((a, b), m)| m * (b.x - a.x));
     let found = moved.sum::<f64>() / body.masses.iter().sum::<f64>();
     let expected = 0.4 * 0.4 / (2.0 * 0.3 * 9.81);

@@ -135,15 +135,15 @@ impl Mesh {
 }
 
 fn held(body: &Body) -> Vec<bool> {
-    let supports = body.motion.supports();
+    let supports = body.motion().supports();
     let nodes = 0..body.rest.len();
     nodes.map(|node| supports.of(node).is_some()).collect()
 }
 
 /// Nodes of a body and its mean sag (m) in its own model, not a number if no equilibrium was found.
-fn by_model(mut body: Body) -> (usize, f64) {
-    let held = held(&body);
-    let found = sag(&mut law(&mut body.elastic), &body.rest, &body.masses, &held);
+fn by_model(body: &Body) -> (usize, f64) {
+    let (held, mut elastic) = (held(body), body.elastic().clone());
+    let found = sag(&mut law(&mut elastic), &body.rest, &body.masses, &held);
     (body.rest.len(), found.unwrap_or(f64::NAN))
 }
 
@@ -201,7 +201,7 @@ pub(crate) fn measure(effort: Effort) -> Result<(Vec<Sag>, Table), StudyError> {
             rows.push(row![name, model, nodes, error]);
         };
         for (suffix, model) in MODELS {
-            let (nodes, mean) = by_model(body(&format!("{name}{suffix}"), &[])?);
+            let (nodes, mean) = by_model(&body(&format!("{name}{suffix}"), &[])?);
             let error = error(mean, reference);
             add(model, nodes, error);
             sags.push(Sag {
@@ -211,7 +211,7 @@ pub(crate) fn measure(effort: Effort) -> Result<(Vec<Sag>, Table), StudyError> {
             });
         }
         // Ten times the default's hourglass stabilization.
-        let (nodes, mean) = by_model(body(name, &["bodies[0].material.stabilization=1"])?);
+        let (nodes, mean) = by_model(&body(name, &["bodies[0].material.stabilization=1"])?);
         add("control 1", nodes, error(mean, reference));
         let (tetrahedra, coarser) = ("linear tetrahedra, the same nodes", "coarser reference");
         add(tetrahedra, nodes, error(Mesh::of(&here).sag()?, reference));
@@ -221,7 +221,7 @@ pub(crate) fn measure(effort: Effort) -> Result<(Vec<Sag>, Table), StudyError> {
             let finer = body(name, &[&target])?;
             let reference = known(name, &finer)?;
             let own = Mesh::of(&finer).sag()?;
-            let (nodes, mean) = by_model(finer);
+            let (nodes, mean) = by_model(&finer);
             add("default, more nodes", nodes, error(mean, reference));
             add(tetrahedra, nodes, error(own, reference));
             add(coarser, nodes, error(reference.coarser, reference));

@@ -72,8 +72,8 @@ pub(crate) fn set_gradient(stored: &mut [Planes], node: usize, value: DMat3) {
 pub(crate) const CHUNK: usize = 256;
 /// Nodes per unit of work that only copies.
 const COPY_CHUNK: usize = 4 * CHUNK;
-/// Below this many nodes a second thread costs more than it saves.
-pub(crate) const PARALLEL_NODES: usize = 1024;
+/// Below this many nodes a second thread costs more than it saves: passes are not shared out.
+pub const PARALLEL_NODES: usize = 1024;
 
 /// Copies those of all nodes.
 pub(crate) fn copy_gradients(parallel: bool, stored: &[Planes], to: &mut [DMat3]) {

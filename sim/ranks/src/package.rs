@@ -110,7 +110,7 @@ fn package(layout: &Layout, locals: &Locals, body: &Body, watched: &[u32]) -> Pa
         first: locals.first(),
         count: locals.own.len(),
         rest: locals.pick(&body.rest, spot.unwrap_or(DVec3::ZERO)),
-        carries: body.elastic.decays(),
+        carries: body.elastic().decays(),
         sends: Vec::new(),
         receives: Vec::new(),
         watched: locals.watched(watched),
@@ -128,7 +128,7 @@ pub(crate) struct Models<'a> {
 
 impl<'a> Models<'a> {
     pub(crate) fn new(body: &'a Body) -> Self {
-        let elastic = &body.elastic;
+        let elastic = body.elastic();
         let mut materials: Vec<Material> = Vec::new();
         let material_of = (0..elastic.node_count()).map(|node| {
             let material = elastic.material(node);
@@ -149,7 +149,7 @@ impl<'a> Models<'a> {
     pub(crate) fn of(&self, locals: &Locals) -> Model {
         let body = self.body;
         let view = elastic_stencils(&body.stencils, &body.neighborhoods);
-        let state = body.elastic.state();
+        let state = body.elastic().state();
         let (mut offsets, mut indices, mut weights) = (Vec::new(), Vec::new(), Vec::new());
         offsets.resize(locals.padding() + 1, 0);
         for node in locals.nodes() {
@@ -159,10 +159,10 @@ impl<'a> Models<'a> {
             }
             offsets.push(number(indices.len()));
         }
-        let supports = body.motion.supports();
+        let supports = body.motion().supports();
         let held = supports.fixed_nodes().into_iter();
         Model {
-            volumes: locals.pick(body.elastic.volumes(), 1.0),
+            volumes: locals.pick(body.elastic().volumes(), 1.0),
             masses: locals.pick(&body.masses, 1.0),
             offsets,
             indices,
@@ -172,9 +172,9 @@ impl<'a> Models<'a> {
             multipliers: locals.pick(view.multipliers, DVec3::ZERO),
             materials: self.materials.clone(),
             material_of: locals.pick(&self.material_of, 0),
-            settings: *body.elastic.settings(),
+            settings: *body.elastic().settings(),
             held: held.filter_map(|node| locals.local_of(node)).collect(),
-            motion: *body.motion.settings(),
+            motion: *body.motion().settings(),
             supports: supports.part(locals.own.clone()),
             control_scales: of_rank(state.control, locals, |_| true),
             fronts: of_rank(state.fronts, locals, |_| true),

@@ -187,7 +187,7 @@ fn body_costs(body: &Body) -> BodyCosts {
         nodes: body.rest.len(),
         pairs: body.neighborhoods.pair_count(),
         tetrahedra: body.tetrahedra.len(),
-        held: body.motion.supports().entries().len(),
+        held: body.motion().supports().entries().len(),
         low: bounds.min.to_array(),
         high: bounds.max.to_array(),
         spacing: body.spacing,

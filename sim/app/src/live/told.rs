@@ -14,7 +14,7 @@ use phyxel::scene::{Scene, Shape, ToolShape, View};
 /// Positions (m) and deformation gradients of each body's nodes.
 pub(super) fn nodes_of(world: &World) -> Vec<(Vec<DVec3>, Vec<DMat3>)> {
     let bodies = world.bodies().iter().map(|body| {
-        let gradients = body.elastic.deformation_gradients();
+        let gradients = body.elastic().deformation_gradients();
         (body.smoothed_positions(), gradients)
     });
     bodies.collect()
@@ -27,7 +27,7 @@ pub(super) fn values_of(world: &World, quantities: u32) -> Vec<Vec<f32>> {
         let mut values = Vec::new();
         if asked(Quantity::Stress) {
             let nodes = 0..body.rest.len();
-            values.extend(nodes.map(|node| von_mises_stress(body.elastic.cauchy_stress(node))));
+            values.extend(nodes.map(|node| von_mises_stress(body.elastic().cauchy_stress(node))));
         }
         if asked(Quantity::Contact) {
             let others = world.contact_pressures(index).unwrap_or_default();
@@ -165,11 +165,11 @@ fn settings_of(session: &Session) -> [f64; 3] {
 pub(super) fn energies_of(world: &World) -> [f64; 3] {
     let (mut energies, mut scale) = ([0.0; 3], 0.0);
     for body in world.bodies() {
-        let audit = body.motion.audit();
+        let audit = body.motion().audit();
         energies[0] += audit.kinetic;
         energies[1] += audit.elastic;
         energies[2] += audit.energy_error();
-        scale += audit.scale() + body.elastic.energy_round_off(body.motion.positions());
+        scale += audit.scale() + body.elastic().energy_round_off(body.motion().positions());
     }
     energies[2] /= f64::max(scale, f64::MIN_POSITIVE);
     energies

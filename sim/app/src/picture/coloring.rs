@@ -27,10 +27,11 @@ pub(super) fn colors(
     body: &Body,
 ) -> Vec<Vec3> {
     let (surfels, splats) = (skin.tissue.surfels(), skin.splats());
+    let elastic = body.elastic();
     let stress: Vec<f64> = match coloring {
         Coloring::Stress { .. } => (0..body.rest.len())
             .into_par_iter()
-            .map(|node| von_mises_stress(body.elastic.cauchy_stress(node)))
+            .map(|node| von_mises_stress(elastic.cauchy_stress(node)))
             .collect(),
         _ => Vec::new(),
     };

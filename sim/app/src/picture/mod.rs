@@ -203,7 +203,7 @@ impl Painter {
     /// Moves the surfels to where the bodies are.
     pub fn carry(&mut self, world: &World) {
         for (skin, body) in self.skins.iter_mut().zip(world.bodies()) {
-            let gradients = body.elastic.deformation_gradients();
+            let gradients = body.elastic().deformation_gradients();
             skin.carry(&body.smoothed_positions(), &gradients);
             if let Some((scale, _)) = coloring::legend(self.coloring) {
                 skin.colors = coloring::colors(self.coloring, &scale, skin, body);

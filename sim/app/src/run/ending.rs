@@ -80,8 +80,8 @@ const LARGEST_IMBALANCE: f64 = 0.01;
 
 /// Whether anything moved, and [`Audit::unexplained`](phyxel_integrate::Audit::unexplained) but for round-off.
 fn imbalance(body: &Body) -> (bool, f64) {
-    let audit = body.motion.audit();
-    let round_off = body.elastic.energy_round_off(body.motion.positions());
+    let audit = body.motion().audit();
+    let round_off = body.elastic().energy_round_off(body.motion().positions());
     let moved = audit.scale() > round_off;
     // Of what moved, this much is round-off.
     if !moved || audit.energy_error().abs() <= (1e-12 * audit.scale()).max(round_off) {
@@ -93,7 +93,7 @@ fn imbalance(body: &Body) -> (bool, f64) {
 fn body_summary(body: &Body, worst: &Extremes) -> BodySummary {
     let cutting = body.cutting.as_ref();
     let cuts = cutting.map(|cutting| cutting.energy).unwrap_or_default();
-    let audit = body.motion.audit();
+    let audit = body.motion().audit();
     let graph = &body.neighborhoods;
     let solved = body.stencils.report;
     let pieces = body.pieces();
@@ -104,12 +104,12 @@ fn body_summary(body: &Body, worst: &Extremes) -> BodySummary {
         nodes: body.rest.len(),
         pairs: graph.pair_count(),
         tetrahedra: body.tetrahedra.len(),
-        supported: body.motion.supports().entries().len(),
+        supported: body.motion().supports().entries().len(),
         spacing: body.spacing,
         volume,
         volume_error: body.volume_error,
         mass_before: body.mass,
-        mass_after: body.motion.masses().iter().sum(),
+        mass_after: body.motion().masses().iter().sum(),
         volume_before: body.volume,
         volume_after: volume,
         stencil_residual: solved.map(|solved| solved.residual),
@@ -121,7 +121,7 @@ fn body_summary(body: &Body, worst: &Extremes) -> BodySummary {
             external_work: audit.external_work(),
             dissipated: audit.dissipated,
             numerical: audit.numerical,
-            viscous: body.elastic.viscous_energy(),
+            viscous: body.elastic().viscous_energy(),
             relaxed: body.relaxed,
             // Not -0 where there was nothing.
             released_by_cuts: 0.0 - audit.energy_correction - body.relaxed,
@@ -248,8 +248,8 @@ fn cut_summary(world: &World) -> CutSummary {
         ..CutSummary::default()
     };
     for body in world.bodies() {
-        all.weak_nodes += body.elastic.deficient_nodes().len();
-        all.loose_nodes += body.elastic.loose_nodes();
+        all.weak_nodes += body.elastic().deficient_nodes().len();
+        all.loose_nodes += body.elastic().loose_nodes();
         let Some(cutting) = &body.cutting else {
             continue;
         };

@@ -92,7 +92,6 @@ impl Run {
     pub(super) fn keep(&mut self) -> Result<(), RunError> {
         // Who resumes from it finds the frames before.
         self.movie.as_mut().map_or(Ok(()), Movie::wait)?;
-        self.world.fetch_state();
         let (scene, time) = (self.world.scene(), self.world.time());
         if let Some(period) = scene.observe.checkpoint {
             self.course.next_checkpoint = time + period;

@@ -306,7 +306,6 @@ impl Run {
             self.records.write(&self.folder, &self.world)?;
         }
         outcome?;
-        self.world.fetch_all();
         self.grow()?;
         self.keep()?;
         self.record(true)?;
@@ -400,7 +399,6 @@ impl Run {
         if let Some(painter) = &mut self.painter
             && !pieces.is_empty()
         {
-            self.world.fetch_all();
             let start = Instant::now();
             painter.grow(&self.world, &pieces)?;
             self.world.phases().add(Phase::Skinning, start.elapsed());
@@ -412,11 +410,6 @@ impl Run {
     fn record(&mut self, end: bool) -> Result<(), RunError> {
         let movie = self.movie.as_mut();
         let drawn = movie.is_some_and(|movie| end || movie.is_due(&self.world));
-        if end || drawn || self.records.states.is_due(&self.world) {
-            self.world.fetch_all();
-        } else if self.records.is_due(&self.world) {
-            self.world.fetch();
-        }
         self.records.take(&self.world, end);
         let painter = self.painter.as_mut();
         self.records

@@ -64,7 +64,7 @@ impl Records {
     }
 
     /// Whether a row of the history is due.
-    pub(super) fn is_due(&self, world: &World) -> bool {
+    fn is_due(&self, world: &World) -> bool {
         let rate = world.scene().observe.history_rate;
         self.history.is_due(world.time(), rate)
     }
@@ -110,7 +110,7 @@ impl Records {
             let now = extremes(body);
             worst.momentum_error = worst.momentum_error.max(now.momentum_error);
             worst.largest_speed = worst.largest_speed.max(now.largest_speed);
-            let audit = body.motion.audit();
+            let audit = body.motion().audit();
             let severed = body.cutting.as_ref().map_or(0, Cutting::severed_pairs);
             let numbers = [
                 audit.kinetic,
@@ -153,10 +153,10 @@ impl Records {
 }
 
 fn extremes(body: &Body) -> Extremes {
-    let forces = &body.motion.state().forces;
+    let forces = &body.motion().state().forces;
     let total: DVec3 = forces.iter().sum();
     let size: f64 = forces.iter().map(|f| f.length()).sum();
-    let speeds = body.motion.velocities().iter();
+    let speeds = body.motion().velocities().iter();
     Extremes {
         momentum_error: if size > 0.0 {
             total.length() / size

@@ -59,11 +59,6 @@ impl States {
         (time >= self.next / rate).then_some((rate, time))
     }
 
-    /// Whether a state is due.
-    pub(super) fn is_due(&self, world: &World) -> bool {
-        self.due(world).is_some()
-    }
-
     /// Writes the state that is due, if one is. Surfels are where the bodies are only after
     /// [`Painter::carry`].
     pub(super) fn write_due(
@@ -154,11 +149,11 @@ fn write(
 
 fn vtk(body: &Body, pressures: Option<&[f64]>) -> Vec<u8> {
     let stress: Vec<f64> = (0..body.rest.len())
-        .map(|node| von_mises_stress(body.elastic.cauchy_stress(node)))
+        .map(|node| von_mises_stress(body.elastic().cauchy_stress(node)))
         .collect();
     let mut fields = vec![
         ("rest_position_m", Field::Vectors(&body.rest)),
-        ("velocity_m_s", Field::Vectors(body.motion.velocities())),
+        ("velocity_m_s", Field::Vectors(body.motion().velocities())),
         ("volume_m3", Field::Scalars(&body.volumes)),
         ("von_mises_stress_Pa", Field::Scalars(&stress)),
     ];

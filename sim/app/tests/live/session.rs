@@ -55,7 +55,7 @@ fn bits(place: &DVec3) -> [u64; 3] {
 
 fn positions(session: &Session) -> Vec<[u64; 3]> {
     let body = &session.world().bodies()[0];
-    body.motion.positions().iter().map(bits).collect()
+    body.motion().positions().iter().map(bits).collect()
 }
 
 /// Simulated time (s) of the scripted session; `PHYXEL_LIVE_SECONDS` makes it longer.
@@ -119,8 +119,8 @@ fn a_scripted_session_holds_and_its_recording_repeats_it_to_the_bit() {
     }
     let world = session.world();
     let body = &world.bodies()[0];
-    assert!(body.motion.positions().iter().all(|x| x.is_finite()));
-    let audit = body.motion.audit();
+    assert!(body.motion().positions().iter().all(|x| x.is_finite()));
+    let audit = body.motion().audit();
     let balance = audit.energy_error() / audit.scale();
     let (strokes, _) = session.strokes();
     eprintln!(
@@ -183,7 +183,7 @@ pub(crate) fn run_of_files(folder: &Path) -> (u64, [f64; 3], Vec<Input>) {
 
 /// As [`run_of_saved`], of the session as it is.
 fn steps_and_energies(session: &Session) -> (u64, [u64; 3]) {
-    let audit = session.world().bodies()[0].motion.audit();
+    let audit = session.world().bodies()[0].motion().audit();
     let energies = [audit.kinetic, audit.elastic, audit.dissipated];
     (session.world().steps(), energies.map(f64::to_bits))
 }
@@ -359,7 +359,7 @@ fn a_grip_pulls_with_the_force_that_the_body_pulls_back() {
     let mut session = at_rest();
     let places = |session: &Session| {
         let body = &session.world().bodies()[0];
-        body.motion.positions().to_vec()
+        body.motion().positions().to_vec()
     };
     let at_rest = places(&session);
     // The tip of the left lobe, up by 1 cm.
@@ -379,7 +379,7 @@ fn a_grip_pulls_with_the_force_that_the_body_pulls_back() {
     // A hold on few nodes is soft (see `LARGEST_PHASE`); what hangs from it pulls down.
     assert!((0.004..0.0105).contains(&moved), "moved {moved} m");
     assert!(force.z < -0.02, "{force} N");
-    let audit = session.world().bodies()[0].motion.audit();
+    let audit = session.world().bodies()[0].motion().audit();
     assert!(audit.applied_work > 0.0);
     assert!(audit.energy_error().abs() < 0.01 * audit.scale());
     session.let_go();
@@ -394,7 +394,7 @@ fn gravity_and_damping_are_what_hands_set() {
     session.set_gravity(DVec3::ZERO);
     session.set_damping(20.0);
     let height = |session: &Session| {
-        let places = session.world().bodies()[0].motion.positions();
+        let places = session.world().bodies()[0].motion().positions();
         places.iter().map(|x| x.z).sum::<f64>()
     };
     let before = height(&session);
@@ -404,7 +404,7 @@ fn gravity_and_damping_are_what_hands_set() {
     assert!(height(&session) > before, "without weight it rises");
     assert_eq!(session.world().gravity(), DVec3::ZERO);
     assert!((session.world().damping() - 20.0).abs() < 1e-12);
-    let motion = &session.world().bodies()[0].motion;
+    let motion = &session.world().bodies()[0].motion();
     assert_eq!(motion.settings().damping.to_bits(), 20.0_f64.to_bits());
 }
 

@@ -134,7 +134,7 @@ fn colours_show_stress_and_contact() {
     while session.world().steps() < steps {
         session.step().unwrap();
     }
-    let elastic = &session.world().bodies()[0].elastic;
+    let elastic = &session.world().bodies()[0].elastic();
     let stress = von_mises_stress(elastic.cauchy_stress(7));
     assert!(stress > 0.0);
     let same = format!("stage.state.bodies[0].values[0][7] === Math.fround({stress:?})");

@@ -41,7 +41,7 @@ impl BodyShares for Front {
         }
         self.watch(&layout, watched);
         self.locals = locals;
-        self.settings = Some(*body.elastic.settings());
+        self.settings = Some(*body.elastic().settings());
         self.layout = Some(layout);
         let built = mine.transpose();
         let fine = all_fine(built.is_ok());
@@ -59,9 +59,9 @@ impl BodyShares for Front {
         let Some(layout) = self.layout.clone() else {
             return Ok(());
         };
-        if self.settings.as_ref() != Some(body.elastic.settings()) {
+        if self.settings.as_ref() != Some(body.elastic().settings()) {
             self.set_model(body, watched)?;
-            return self.set_state(&body.motion);
+            return self.set_state(body.motion());
         }
         let begun = Instant::now();
         Command::Change(!changed.is_empty()).give();

@@ -19,11 +19,11 @@ pub(super) struct Weak {
 
 /// Weak ones of a rank's nodes, of some.
 pub(super) fn weak_nodes(body: &Body, locals: &Locals, some: impl Fn(u32) -> bool) -> Vec<Weak> {
-    let (_, bonds) = body.elastic.energies();
-    let offsets = body.elastic.state().bonds;
+    let (_, bonds) = body.elastic().energies();
+    let offsets = body.elastic().state().bonds;
     let mut weak = Vec::new();
     for &node in body
-        .elastic
+        .elastic()
         .deficient_nodes()
         .iter()
         .filter(|node| some(**node))

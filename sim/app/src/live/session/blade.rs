@@ -116,7 +116,7 @@ impl Session {
             return;
         }
         let positions = self.world.bodies().iter().flat_map(|body| {
-            let positions = body.motion.positions().iter();
+            let positions = body.motion().positions().iter();
             positions.flat_map(|x| [*x - body.spacing, *x + body.spacing])
         });
         let bodies = Bounds::of(positions);
