@@ -292,12 +292,13 @@ impl Placed {
     }
 
     pub(crate) fn distance(&self, point: DVec3) -> Distance {
-        let found = self.solid.distance_at(self.local(point));
-        Distance {
-            value: found.value,
-            normal: self.turn * found.normal,
-            curvature: self.turn * found.curvature * self.turn.transpose(),
+        let mut found = self.solid.distance_at(self.local(point));
+        found.normal = self.turn * found.normal;
+        // Most points lie on faces.
+        if found.curvature != DMat3::ZERO {
+            found.curvature = self.turn * found.curvature * self.turn.transpose();
         }
+        found
     }
 }
 

@@ -160,14 +160,18 @@ impl Contact {
                 let blocks = &mut a.coupling[begin..];
                 for active in points {
                     let bound = self.surface.weights_of(group, active.point);
-                    for (row, (_, w)) in blocks.chunks_exact_mut(count).zip(bound.clone()) {
-                        for (block, (_, v)) in row.iter_mut().zip(bound.clone()) {
+                    let rows = blocks.chunks_exact_mut(count).zip(bound.clone());
+                    for (k, (row, (_, w))) in rows.enumerate() {
+                        for (block, (_, v)) in row.iter_mut().zip(bound.clone()).skip(k) {
                             *block += active.rigid * (w * v);
                         }
                     }
                 }
                 for (k, member) in members.iter().enumerate() {
                     a.blocks[*member as usize] += blocks[k * count + k];
+                    for l in 0..k {
+                        blocks[k * count + l] = blocks[l * count + k];
+                    }
                 }
             } else {
                 for (index, active) in (first..).zip(points) {
