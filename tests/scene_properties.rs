@@ -256,7 +256,7 @@ proptest! {
         play(&mut there, 0.02);
         // At the same time, which the last step of each passes by a part of its own.
         let [a, b] = [&here, &there].map(|world| {
-            let (motion, late) = (&world.bodies()[0].motion(), world.time() - 0.02);
+            let (motion, late) = (world.bodies()[0].motion(), world.time() - 0.02);
             let moving = motion.positions().iter().zip(&motion.state().velocities);
             moving.map(|(x, v)| *x - *v * late).collect::<Vec<_>>()
         });

@@ -71,7 +71,7 @@ pub fn measure(damping: f64, damping_ratio: f64) -> Result<Finding, StudyError> 
     let (mut angular, mut linear) = (0.0_f64, 0.0_f64);
     while world.scene_time().is_some_and(|time| time < END) {
         world.step()?;
-        let motion = &world.bodies()[0].motion();
+        let motion = world.bodies()[0].motion();
         angular = angular.max((motion.angular_momentum() - start).length() / start.length());
         linear = linear.max((momentum(&world) - first).length() / scale);
     }
@@ -89,7 +89,7 @@ pub fn measure(damping: f64, damping_ratio: f64) -> Result<Finding, StudyError> 
 /// step at rest before, after which all of that is finite and can be written.
 fn with_velocities(world: &mut World, velocity: impl Fn(DVec3) -> DVec3) -> Result<(), StudyError> {
     world.step()?;
-    let motion = &world.bodies()[0].motion();
+    let motion = world.bodies()[0].motion();
     let supports = motion.supports();
     let mut velocities: Vec<DVec3> = motion.positions().iter().map(|&x| velocity(x)).collect();
     supports.project(&mut velocities);
@@ -117,7 +117,7 @@ fn with_velocities(world: &mut World, velocity: impl Fn(DVec3) -> DVec3) -> Resu
 
 /// Linear momentum (kg m/s).
 fn momentum(world: &World) -> DVec3 {
-    let motion = &world.bodies()[0].motion();
+    let motion = world.bodies()[0].motion();
     let nodes = motion.masses().iter().zip(motion.velocities());
     nodes.map(|(m, v)| *v * *m).sum()
 }

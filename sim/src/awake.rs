@@ -26,7 +26,8 @@ impl Drop for Taken {
 }
 
 /// Runs `work` while the other threads of the pool look for parts of it. Between two passes of a step they would fall
-/// asleep, and waking takes longer than a pass does. Does nothing of that for fewer `nodes` than a pass shares out, outside of a pool, and within work that is awake.
+/// asleep, and waking takes longer than a pass does. Does nothing of that for fewer `nodes` than a pass shares out,
+/// outside of a pool, and within work that is awake.
 pub(crate) fn awake<R: Send>(nodes: usize, work: impl FnOnce() -> R + Send) -> R {
     if nodes < PARALLEL_NODES || rayon::current_thread_index().is_none() {
         return work();

@@ -210,6 +210,12 @@ impl Body {
         self.whole.motion()
     }
 
+    /// Reads what no step changes of its model, wherever its nodes are.
+    #[doc(hidden)]
+    pub fn of_model<R>(&self, read: impl FnOnce(&Elastic) -> R) -> R {
+        self.whole.of_model(read)
+    }
+
     pub(crate) fn time(&self) -> f64 {
         self.whole.of_motion(Motion::time)
     }

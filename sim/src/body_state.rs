@@ -42,7 +42,7 @@ impl BodyState {
             && !self.smallest_ratio.is_nan()
             && numbers.all(|x| x.is_finite())
             && self.cut.is_finite()
-            && self.elastic.fits(body.elastic())
+            && body.of_model(|elastic| self.elastic.fits(elastic))
             && self.contacts.len() == body.contacts.len()
             && (self.contacts.iter().zip(&body.contacts))
                 .all(|(kept, built)| kept.is_sound(n, built))

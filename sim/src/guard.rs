@@ -301,12 +301,24 @@ impl World {
         let before = kept.bodies.iter().zip(&kept.rigid);
         for (body, (before, rigid)) in self.bodies.iter().zip(before) {
             let rigid = [*rigid, body.rigid_energies()];
-            let (motion, round_off) = (body.motion(), body.energy_round_off());
-            if let Some(share) = motion.gained_since(&before.motion, rigid, round_off) {
-                let time = motion.time();
+            let gained = |round_off| {
+                let gained =
+                    |motion: &Motion| motion.gained_since(&before.motion, rigid, round_off);
+                body.whole.of_motion(gained)
+            };
+            // Round-off takes all positions.
+            let is_off = gained(0.0).is_some();
+            let round_off = if is_off || self.deformable.is_some() {
+                body.energy_round_off()
+            } else {
+                0.0
+            };
+            if let Some(share) = gained(round_off) {
+                let time = body.time();
                 return Err(BodyProblem::Unbalanced { share, time }.of(&body.name));
             }
-            moved += (motion.audit()).scale_since(&before.motion.audit, rigid);
+            let scale = |motion: &Motion| motion.audit().scale_since(&before.motion.audit, rigid);
+            moved += body.whole.of_motion(scale);
             floor += round_off;
         }
         let Some((contact, before)) = self.deformable.as_ref().zip(kept.contact.as_ref()) else {

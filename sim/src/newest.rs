@@ -25,9 +25,9 @@ impl<T> Newest<T> {
     pub(crate) fn get(&self, bring: impl FnOnce(&mut T)) -> &T {
         self.here.get_or_init(|| {
             let mut behind = self.behind.lock().unwrap_or_else(PoisonError::into_inner);
-            let mut value = behind.take().expect("it is here or behind");
-            bring(&mut value);
-            value
+            // In its place: it stays there if this panics.
+            behind.as_mut().map(bring);
+            behind.take().expect("it is here or behind")
         })
     }
 

@@ -129,8 +129,8 @@ pub(crate) fn lock(shares: &Mutex<dyn BodyShares>) -> MutexGuard<'_, dyn BodySha
     shares.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// What steps change of a body. The newest of it is here or with the shares, if the body has any: who reads it
-/// here brings it, and what is changed here is handed over before the shares do anything ([`Body::shares`]).
+/// What steps change of a body. The newest of it is here or with the shares, if the body has any. Who reads it here
+/// brings it. Before shares take a step, decay or estimate, they get what was changed here ([`Body::shares`]).
 #[derive(Debug)]
 pub(crate) struct Whole {
     elastic: Newest<Elastic>,
@@ -162,10 +162,8 @@ impl Whole {
         self.shared.is_some()
     }
 
-    fn ask_shares<R>(&self, bring: impl FnOnce(&mut dyn BodyShares) -> R) -> Option<R> {
-        self.shared
-            .as_ref()
-            .map(|shared| bring(&mut *shared.lock()))
+    fn ask_shares<R>(&self, ask: impl FnOnce(&mut dyn BodyShares) -> R) -> Option<R> {
+        self.shared.as_ref().map(|shared| ask(&mut *shared.lock()))
     }
 
     pub(crate) fn motion(&self) -> &Motion {
@@ -185,7 +183,7 @@ impl Whole {
             .get(|vector| *vector = newest().unwrap_or_default())
     }
 
-    /// Reads what the motion here knows as well as the shares: all but vectors, and of these monitored nodes.
+    /// Reads what the motion knows here as well as there: all but vectors of nodes that are not monitored.
     pub(crate) fn of_motion<R>(&self, read: impl FnOnce(&Motion) -> R) -> R {
         self.motion.peek(read)
     }
@@ -204,15 +202,15 @@ impl Whole {
         self.motion.as_it_is()
     }
 
-    /// Both, to be changed in all; the model has to be evaluated where the nodes are in the end.
+    /// Both, to be changed in all.
     pub(crate) fn rebuild(&mut self) -> (&mut Elastic, &mut Motion) {
-        self.motion();
+        self.elastic();
+        self.motion_mut();
         if let Some(shared) = &mut self.shared {
-            shared.motion = false;
             shared.model = false;
             shared.changed.clear();
         }
-        (self.elastic.take_up(), self.motion.as_it_is())
+        self.as_it_is()
     }
 
     /// Both, to be changed by a cut in the rows of some nodes.
@@ -225,7 +223,8 @@ impl Whole {
         self.as_it_is()
     }
 
-    /// Both as they are here, to change what shares have no part in: energies, pieces, damping by mass, viscosity.
+    /// Both as they are here, for what shares have no part in or do as well: energies, pieces, damping by mass, viscosity,
+    /// decay, products within a part.
     pub(crate) fn as_it_is(&mut self) -> (&mut Elastic, &mut Motion) {
         (self.elastic.as_it_is(), self.motion.as_it_is())
     }
@@ -241,7 +240,7 @@ impl Whole {
 
     /// Evaluates the forces again; the energy's jump (J) is recorded.
     pub(crate) fn refresh(&mut self) -> Result<f64, StepError> {
-        self.motion();
+        self.motion_mut();
         let (elastic, motion) = (self.elastic.take_up(), self.motion.as_it_is());
         motion.refresh(|x, f| elastic.forces_into(x, f))
     }
@@ -288,10 +287,7 @@ impl Whole {
         evaluate(model, &motion.positions);
         self.motion.take_up().restore(motion);
         *self.eigenvector.take_up() = vector;
-        if let Some(shared) = &mut self.shared {
-            shared.motion = false;
-            shared.vector = false;
-        }
+        self.eigenvector_mut();
         self.rebuild();
     }
 
@@ -354,7 +350,6 @@ impl Body {
             .of_motion(|motion| motion.state().forces.is_empty())
         {
             self.whole.refresh()?;
-            self.whole.motion_mut();
         }
         let watched = self.watched();
         let is_same = |shared: &Shared| {

@@ -136,7 +136,7 @@ fn a_single_node_falls_like_a_point_mass() {
     let corner = DVec3::new(0.02, 0.02, -0.03);
     let lone = body.rest.iter().position(|x| x.distance(corner) < 1e-6);
     let lone = lone.expect("a box has nodes at its corners");
-    let (motion, start) = (&body.motion(), world.time());
+    let (motion, start) = (body.motion(), world.time());
     let (x, v) = (motion.positions()[lone], motion.velocities()[lone]);
     play(&mut world, 0.05).expect("it runs");
     let t = world.time() - start;

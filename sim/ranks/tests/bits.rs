@@ -148,7 +148,7 @@ fn a_driven_block() {
         "tools=[(name: \"ball\", shape: Sphere(radius: 0.01), path: [(time: 0, position: (0.05, 0, -0.04)), \
          (time: 0.15, position: (0.035, 0, -0.04))])]",
         "pictures=None",
-        "integration.settle=None",
+        "integration.settle=(speed: 0.1, limit: 1, damping: 30)",
         "integration.duration=0.18",
         "observe.checkpoint=0.05",
     ];

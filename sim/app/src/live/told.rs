@@ -26,8 +26,8 @@ pub(super) fn values_of(world: &World, quantities: u32) -> Vec<Vec<f32>> {
     let bodies = world.bodies().iter().enumerate().map(|(index, body)| {
         let mut values = Vec::new();
         if asked(Quantity::Stress) {
-            let nodes = 0..body.rest.len();
-            values.extend(nodes.map(|node| von_mises_stress(body.elastic().cauchy_stress(node))));
+            let (elastic, nodes) = (body.elastic(), 0..body.rest.len());
+            values.extend(nodes.map(|node| von_mises_stress(elastic.cauchy_stress(node))));
         }
         if asked(Quantity::Contact) {
             let others = world.contact_pressures(index).unwrap_or_default();

@@ -148,8 +148,9 @@ fn write(
 }
 
 fn vtk(body: &Body, pressures: Option<&[f64]>) -> Vec<u8> {
+    let elastic = body.elastic();
     let stress: Vec<f64> = (0..body.rest.len())
-        .map(|node| von_mises_stress(body.elastic().cauchy_stress(node)))
+        .map(|node| von_mises_stress(elastic.cauchy_stress(node)))
         .collect();
     let mut fields = vec![
         ("rest_position_m", Field::Vectors(&body.rest)),

@@ -59,7 +59,7 @@ impl BodyShares for Front {
         let Some(layout) = self.layout.clone() else {
             return Ok(());
         };
-        if self.settings.as_ref() != Some(body.elastic().settings()) {
+        if self.settings != Some(body.of_model(|elastic| *elastic.settings())) {
             self.set_model(body, watched)?;
             return self.set_state(body.motion());
         }

@@ -42,7 +42,7 @@ impl Change {
         let view = elastic_stencils(&body.stencils, &body.neighborhoods);
         let corrected = !view.multipliers.is_empty();
         let is_changed = |node: u32| nodes.binary_search(&node).is_ok();
-        let state = body.elastic().state();
+        let state = body.of_model(Elastic::state);
         let mut change = Self {
             nodes: Vec::new(),
             weights: Vec::new(),
@@ -53,7 +53,7 @@ impl Change {
             fronts: of_rank(state.fronts, locals, is_changed),
             weak: weak_nodes(body, locals, is_changed),
             offsets_of_gradients: of_rank(state.offsets, locals, is_changed),
-            carries: body.elastic().decays(),
+            carries: body.of_model(Elastic::decays),
             watched: watched.map(|watched| (locals.watched(watched), watched.len())),
         };
         // Nodes in the rows, by their numbers in the body.
