@@ -2,7 +2,7 @@
 //!
 //! Whoever holds a share has a [`Motion`] of its nodes alone and takes the two passes over them; the whole
 //! body's [`Motion`] keeps the clock, the energies and the order of a step, and sees of the nodes only
-//! those that are monitored*: driven ones, and those that forces from outside act on. Sums are per chunk of
+//! those that are monitored: driven ones, and those that forces from outside act on. Sums are per chunk of
 //! [`SHARED_NODES`] nodes and are added in the order of the chunks: where shares begin at multiples of
 //! it, the bits are those of the body in one piece.
 

@@ -86,7 +86,7 @@ impl Body {
         self.state_with(motion, Vec::new())
     }
 
-    /// Brings what [`Body::keep`] left with shares.
+    /// Brings what [`Body::keep`] left with shares: of a state without positions.
     pub(crate) fn fetch_kept(&self, kept: &mut BodyState) {
         if kept.motion.positions.is_empty() {
             self.whole

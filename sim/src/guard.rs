@@ -159,12 +159,10 @@ impl World {
 
     /// Does the steps since the last snapshot again, shorter.
     fn retake(&mut self, error: WorldError) -> Result<(), WorldError> {
-        let Some(mut kept) = self.now.kept.take() else {
+        let Some(kept) = self.standing().kept else {
             return Err(error);
         };
-        for (body, state) in self.bodies.iter().zip(&mut kept.bodies) {
-            body.fetch_kept(state);
-        }
+        self.now.kept = None;
         self.now.retaken.stretches += 1;
         let mut last = error;
         for division in StepControl::DIVISIONS {

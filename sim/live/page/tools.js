@@ -68,6 +68,15 @@ function box(size) {
   return triangles;
 }
 
+/** A piece of a plane through the origin; what it is made of lies behind its normal. */
+export function slab(size, normal) {
+  const n = unit(normal);
+  const u = unit(cross(n, Math.abs(n[2]) < 0.9 ? [0, 0, 1] : [1, 0, 0]));
+  const v = cross(n, u);
+  const turned = ([x, y, z]) => add(add(scale(u, x), v, y), n, z);
+  return box([size, size, 0.02 * size]).map(([p, out]) => [turned([p[0], p[1], p[2] - 0.01 * size]), turned(out)]);
+}
+
 /** Tools of a scene, and a blade along an edge. */
 export class Tools {
   constructor(gl, scene) {
@@ -75,7 +84,7 @@ export class Tools {
     this.size = length(sub(scene.high, scene.low));
     this.tools = scene.tools.map((tool) => {
       const [a, b] = tool.points;
-      const parts = { sphere: () => capsule([0, 0, 0], [0, 0, 0], tool.radius), capsule: () => capsule(a, b, tool.radius), box: () => box(a), plane: () => box([this.size, this.size, 0.01 * this.size]) };
+      const parts = { sphere: () => capsule([0, 0, 0], [0, 0, 0], tool.radius), capsule: () => capsule(a, b, tool.radius), box: () => box(a), plane: () => slab(this.size, a) };
       return meshOf(gl, parts[tool.shape]());
     });
     this.ball = meshOf(gl, capsule([0, 0, 0], [0, 0, 0], 1));

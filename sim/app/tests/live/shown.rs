@@ -134,7 +134,7 @@ fn colours_show_stress_and_contact() {
     while session.world().steps() < steps {
         session.step().unwrap();
     }
-    let elastic = &session.world().bodies()[0].elastic();
+    let elastic = session.world().bodies()[0].elastic();
     let stress = von_mises_stress(elastic.cauchy_stress(7));
     assert!(stress > 0.0);
     let same = format!("stage.state.bodies[0].values[0][7] === Math.fround({stress:?})");
@@ -162,5 +162,15 @@ fn colours_show_stress_and_contact() {
     );
     browser.evaluate(&color("tissue"));
     browser.wait("stage.state.values === 0");
+
+    // A plane is drawn behind its normal.
+    let plane = "import('./tools.js').then(({ slab }) => { const heights = slab(2, [0, 3, 4]).map(([p]) => 0.6 * p[1] + 0.8 * p[2]); \
+                 return [Math.max(...heights), Math.min(...heights)] })";
+    let plane = browser.evaluate(plane);
+    let [top, bottom] = [0, 1].map(|k| plane[k].as_f64().unwrap());
+    assert!(
+        top.abs() < 1e-12 && (bottom + 0.04).abs() < 1e-12,
+        "{plane}"
+    );
     assert_eq!(browser.evaluate("stage.renderer.gl.getError()"), json!(0));
 }
