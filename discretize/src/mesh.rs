@@ -26,7 +26,7 @@ pub(crate) use sums::rows;
 pub use sums::{
     boundary_triangles, nodal_boundary_vectors, nodal_volumes, tetrahedra_edges, tetrahedron_volume,
 };
-use topology::{Edges, boundary_loops, orient};
+use topology::{SortedSides, boundary_loops, orient};
 pub(crate) use union_find::Groups;
 pub use write::{Field, ply_mesh, ply_surfels, vtk_points, vtk_tetrahedra};
 

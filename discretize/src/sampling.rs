@@ -33,7 +33,7 @@ mod surface_areas;
 mod surfels;
 mod tetrahedra;
 
-use background::{Background, Edge, Visit};
+use background::{BackgroundEdge, BackgroundMesh, Visit};
 use counts::{MEAN_EDGE, SHIFT, SURFACE_NODES, model, nodes_at, solve_cell, too_fine};
 pub use error::SampleError;
 use fill::{Filler, last_jumps};
@@ -49,7 +49,7 @@ use near::Near;
 use octree::Cell;
 pub use octree::{Leaf, Octree};
 pub use order::{NodeOrder, layered_order, space_filling_order};
-use patch::Patch;
+use patch::StuffingPatch;
 pub use points::{PointReport, PointSampling, estimate_point_nodes, sample_points};
 use quality::faces;
 pub use quality::{TetrahedraQuality, tetrahedra_quality};

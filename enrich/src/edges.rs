@@ -28,7 +28,7 @@ impl DiffractionPoint {
 }
 
 #[derive(Debug, Clone)]
-struct Edge {
+struct FreeEdge {
     /// End points, the one [`before`] the other first.
     ends: [u32; 2],
     /// Third corners of the triangles at this edge.
@@ -42,7 +42,7 @@ struct Edge {
 pub(crate) struct Edges {
     /// Vertices (m) of the cut.
     pub(crate) vertices: Vec<DVec3>,
-    edges: Vec<Edge>,
+    edges: Vec<FreeEdge>,
     /// Never iterated: its order is a random one.
     of: HashMap<[u32; 2], u32>,
     index: Forest,
@@ -60,7 +60,7 @@ impl Edges {
     /// Bytes held on the heap, about.
     pub(crate) fn bytes(&self) -> usize {
         self.vertices.capacity() * 24
-            + self.edges.capacity() * size_of::<Edge>()
+            + self.edges.capacity() * size_of::<FreeEdge>()
             + self.edges.len() * 16
             + self.of.capacity() * 16
             + self.index.bytes()
@@ -74,7 +74,7 @@ impl Edges {
             let [a, b] = ends.map(|v| vertices[v as usize]);
             let number = *self.of.entry(ends).or_insert_with(|| {
                 let number = index32(self.edges.len());
-                self.edges.push(Edge {
+                self.edges.push(FreeEdge {
                     ends,
                     opposite: Vec::new(),
                     outward: DVec3::ZERO,

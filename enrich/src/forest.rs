@@ -29,7 +29,7 @@ struct Hull {
 }
 
 /// What a query asks of a hull.
-struct Segment {
+struct HullQuery {
     bounds: Bounds,
     a: DVec3,
     b: DVec3,
@@ -43,7 +43,7 @@ fn round_off(bounds: &Bounds) -> f64 {
     ROUND_OFF * bounds.low.abs().max(bounds.high.abs()).max_element()
 }
 
-impl Segment {
+impl HullQuery {
     fn new(a: DVec3, b: DVec3) -> Self {
         let bounds = Bounds {
             low: a.min(b),
@@ -234,7 +234,7 @@ impl Forest {
         b: DVec3,
         f: impl FnMut(u32, &[DVec3; 3]) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
-        let segment = Segment::new(a, b);
+        let segment = HullQuery::new(a, b);
         self.visit(|hull| segment.misses(hull), f)
     }
 

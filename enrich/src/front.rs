@@ -74,7 +74,7 @@ pub struct Patch {
 pub(crate) struct Front {
     /// Distance of the nodes (m).
     spacing: f64,
-    samples: Vec<Sample>,
+    samples: Vec<EdgeSample>,
     /// First and last point (m) of the line at which the sheet began, and of the front when it moved last, also those
     /// beyond the surface; `None` if there is no sheet yet.
     pub(crate) line: Option<[[DVec3; 2]; 2]>,
@@ -82,7 +82,7 @@ pub(crate) struct Front {
 
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-struct Sample {
+struct EdgeSample {
     anchor: Option<Anchor>,
     /// Whether the sheet's edge runs on to the next sample.
     joined: bool,
@@ -116,7 +116,7 @@ impl Front {
     pub(crate) fn new(samples: usize, spacing: f64) -> Self {
         let is_positive = spacing > 0.0 && spacing.is_finite();
         assert!(is_positive, "spacing of {spacing} is not positive");
-        let sample = Sample {
+        let sample = EdgeSample {
             anchor: None,
             joined: false,
             last: None,
@@ -136,7 +136,7 @@ impl Front {
 
     /// Whether all of it is finite and hangs together, as one that was read from a file may not.
     pub(crate) fn is_sound(&self) -> bool {
-        let is_finite = |sample: &Sample| {
+        let is_finite = |sample: &EdgeSample| {
             let Some(anchor) = &sample.anchor else {
                 return !sample.joined;
             };
@@ -145,7 +145,7 @@ impl Front {
                 && ends.iter().flatten().all(|x| x.is_finite())
         };
         let next = |k: usize| self.samples.get(k + 1);
-        let hangs = |(k, sample): (usize, &Sample)| {
+        let hangs = |(k, sample): (usize, &EdgeSample)| {
             !sample.joined || next(k).is_some_and(|next| next.anchor.is_some())
         };
         let mut line = self.line.iter().flatten().flatten();
@@ -210,7 +210,7 @@ impl Front {
         points: &[DVec3],
         inside: &dyn Fn(DVec3) -> bool,
     ) -> Result<Patch, CutError> {
-        let stays = |sample: &Sample| match sample.anchor {
+        let stays = |sample: &EdgeSample| match sample.anchor {
             Some(_) => Step::Stay,
             None => Step::None,
         };
@@ -234,7 +234,7 @@ impl Front {
             }
         }
         self.refuse_turns(&mut steps);
-        let last = |sample: &Sample| sample.last.unwrap_or(EdgePlace::Air);
+        let last = |sample: &EdgeSample| sample.last.unwrap_or(EdgePlace::Air);
         let places: Vec<EdgePlace> = self.samples.iter().map(last).collect();
         self.take(cuts, &steps, &places, inside)
     }

@@ -15,7 +15,7 @@ use blocks::{Blocks, Room};
 use disks::ContactDisks;
 use drag::RigidMotions;
 use glam::DVec3;
-use press::{Chunk, Touch};
+use press::{ChunkForces, Touch};
 use rayon::prelude::*;
 pub use sums::DeformableForce;
 use sums::sum_of;
@@ -497,9 +497,9 @@ impl DeformableContact {
             RigidMotions::default()
         };
         let step = (moved, &rigid);
-        let chunks: Vec<Chunk> = (self.points.par_chunks(CHUNK))
+        let chunks: Vec<ChunkForces> = (self.points.par_chunks(CHUNK))
             .map(|points| {
-                let (mut chunk, mut pairs) = (Chunk::default(), Vec::new());
+                let (mut chunk, mut pairs) = (ChunkForces::default(), Vec::new());
                 for (point, range) in points {
                     let list = self.listed(range);
                     self.find_pairs(*point, list, &placed, NEAR, &mut pairs);

@@ -3,7 +3,7 @@
 use crate::error::{Cause, StepError};
 use crate::motion::{DrivenNode, ExplicitScheme, Motion};
 use crate::shares::{Pass, PassSums, Shares};
-use crate::sweep::{Before, Kick, Sums, Sweep};
+use crate::sweep::{Before, Kick, PassInput, Sums};
 use crate::view::{NodeForces, StepView};
 use glam::DVec3;
 
@@ -370,7 +370,7 @@ impl Motion {
     /// First pass over nodes, with the forces of the last evaluation.
     pub(crate) fn drift(&mut self, kick: Kick) {
         let s = &mut self.state;
-        let sweep = Sweep {
+        let sweep = PassInput {
             nodes: &self.nodes,
             gravity: self.settings.gravity,
             forces: &s.forces,
@@ -383,7 +383,7 @@ impl Motion {
     pub(crate) fn finish(&mut self, kick: Kick) -> Vec<Sums> {
         self.make_room_for_viscous();
         let s = &mut self.state;
-        let sweep = Sweep {
+        let sweep = PassInput {
             nodes: &self.nodes,
             gravity: self.settings.gravity,
             forces: &self.next_forces,

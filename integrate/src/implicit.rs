@@ -14,7 +14,7 @@ use crate::tool::RigidTool;
 use crate::vector::{add_scaled, dot};
 use crate::watch::LARGEST_BALANCE;
 use glam::{DMat3, DVec3};
-use scheme::Scheme;
+use scheme::SchemeLaw;
 
 /// Implicit scheme.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -320,7 +320,7 @@ impl Implicit {
         let mut all = NewtonReport::default();
         let mut corrections = 0;
         loop {
-            let mut own = Scheme {
+            let mut own = SchemeLaw {
                 law: &mut *law,
                 start: middle.then_some(&*self.start),
                 middle: std::mem::take(&mut self.middle),

@@ -2,8 +2,8 @@
 
 use crate::audit::{Audit, Warning};
 use crate::error::MotionError;
-use crate::nodes::Nodes;
-use crate::pieces::Pieces;
+use crate::nodes::NodeConstants;
+use crate::pieces::NamedPieces;
 use crate::supports::{BoundaryConditions, NodeSupport};
 use glam::DVec3;
 
@@ -144,7 +144,7 @@ pub(crate) struct DrivenNode {
 #[derive(Debug, Clone)]
 pub struct Motion {
     pub(crate) settings: MotionSettings,
-    pub(crate) nodes: Nodes,
+    pub(crate) nodes: NodeConstants,
     pub(crate) critical_step: Option<f64>,
     pub(crate) warning: Option<Warning>,
     pub(crate) state: State,
@@ -153,7 +153,7 @@ pub struct Motion {
     pub(crate) next_viscous: Vec<DVec3>,
     pub(crate) driven: Vec<DrivenNode>,
     pub(crate) size: f64,
-    pub(crate) pieces: Pieces,
+    pub(crate) pieces: NamedPieces,
 }
 
 impl Motion {
@@ -198,7 +198,7 @@ impl Motion {
             .map_or(0.0, |(low, high)| (high - low).length());
         let mut motion = Self {
             settings,
-            nodes: Nodes::new(masses, supports),
+            nodes: NodeConstants::new(masses, supports),
             critical_step: None,
             warning: None,
             state: State {
@@ -211,7 +211,7 @@ impl Motion {
             next_viscous: Vec::new(),
             driven: Vec::new(),
             size,
-            pieces: Pieces::default(),
+            pieces: NamedPieces::default(),
         };
         motion.restart_audit();
         Ok(motion)

@@ -53,7 +53,7 @@ impl Mobility {
 
 /// What does not change in a step: masses, what holds nodes, and constant forces on them.
 #[derive(Debug, Clone)]
-pub(crate) struct Nodes {
+pub(crate) struct NodeConstants {
     /// (kg).
     pub(crate) masses: Vec<f64>,
     pub(crate) mobility: Mobility,
@@ -62,7 +62,7 @@ pub(crate) struct Nodes {
     pub(crate) loads: Vec<DVec3>,
 }
 
-impl Nodes {
+impl NodeConstants {
     pub(crate) fn new(masses: &[f64], supports: BoundaryConditions) -> Self {
         Self {
             masses: masses.to_vec(),

@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 
 /// Connected pieces, as far as they were named.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(crate) struct Pieces {
+pub(crate) struct NamedPieces {
     /// Piece of each node; empty where none were named.
     pub(crate) of_node: Vec<u32>,
     /// Those that no support holds, with their nodes, ascending within each.

@@ -47,7 +47,7 @@ pub enum RigidShape {
 
 /// A shape about its own axis.
 #[derive(Debug, Clone, Copy)]
-enum Solid {
+enum AxisShape {
     Sphere {
         radius: f64,
     },
@@ -149,25 +149,25 @@ impl RigidShape {
     }
 
     /// The shape about its own axis, and where that lies in the shape's frame if not in its own position.
-    fn solid(&self) -> (Solid, Option<Pose>) {
+    fn solid(&self) -> (AxisShape, Option<Pose>) {
         let along = |axis: DVec3| DQuat::from_rotation_arc(DVec3::Z, axis.normalize_or(DVec3::Z));
         match *self {
-            Self::Sphere { radius } => (Solid::Sphere { radius }, None),
+            Self::Sphere { radius } => (AxisShape::Sphere { radius }, None),
             Self::Plane { normal } => {
                 let rotation = along(normal);
                 let position = DVec3::ZERO;
-                (Solid::Plane, Some(Pose { position, rotation }))
+                (AxisShape::Plane, Some(Pose { position, rotation }))
             }
             Self::Capsule { from, to, radius } => {
                 let half_length = 0.5 * from.distance(to);
                 let (position, rotation) = (from.midpoint(to), along(to - from));
-                let capsule = Solid::Capsule {
+                let capsule = AxisShape::Capsule {
                     half_length,
                     radius,
                 };
                 (capsule, Some(Pose { position, rotation }))
             }
-            Self::Box { size } => (Solid::Box { half: size * 0.5 }, None),
+            Self::Box { size } => (AxisShape::Box { half: size * 0.5 }, None),
         }
     }
 
@@ -200,7 +200,7 @@ impl RigidShape {
     }
 }
 
-impl Solid {
+impl AxisShape {
     #[inline]
     fn value_at(&self, x: DVec3) -> f64 {
         match *self {
@@ -275,7 +275,7 @@ impl Solid {
 /// A shape at a pose.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Placed {
-    solid: Solid,
+    solid: AxisShape,
     position: DVec3,
     turn: DMat3,
 }

@@ -11,7 +11,7 @@ use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-use crate::nodes::Nodes;
+use crate::nodes::NodeConstants;
 use crate::vector::{CHUNK, dot_in_order, sum_in_order, weighted_squares};
 
 /// Nodes per block, whose vectors stay in the first cache. Divides the chunk.
@@ -22,8 +22,8 @@ pub(crate) const PARALLEL_FROM: usize = 4 * CHUNK;
 
 /// What a pass reads. Slices are empty where a motion has no such forces.
 #[derive(Clone, Copy)]
-pub(crate) struct Sweep<'a> {
-    pub(crate) nodes: &'a Nodes,
+pub(crate) struct PassInput<'a> {
+    pub(crate) nodes: &'a NodeConstants,
     pub(crate) gravity: DVec3,
     pub(crate) forces: &'a [DVec3],
     pub(crate) applied: &'a [DVec3],
@@ -100,7 +100,7 @@ fn combine(a: &mut [DVec3], b: &[DVec3], f: impl Fn(f64, f64) -> f64) {
     }
 }
 
-impl Sweep<'_> {
+impl PassInput<'_> {
     /// First pass: decay, kick, drift.
     pub(crate) fn drift(&self, viscous: &[DVec3], kick: Kick, x: &mut [DVec3], v: &mut [DVec3]) {
         let arch = Arch::new();
@@ -256,7 +256,7 @@ impl Sweep<'_> {
 /// First pass for a chunk, with the vector instructions that the processor offers: additions keep their order, so
 /// bits do not depend on them.
 struct Drift<'a> {
-    sweep: &'a Sweep<'a>,
+    sweep: &'a PassInput<'a>,
     viscous: &'a [DVec3],
     kick: Kick,
     first: usize,
@@ -277,7 +277,7 @@ impl WithSimd for Drift<'_> {
             let v = &mut self.v[at];
             sweep.kick(&nodes, part(self.viscous, &nodes), kick.time, gained);
             combine(v, gained, |v, gained| v * kick.decay + gained);
-            let Nodes {
+            let NodeConstants {
                 mobility, supports, ..
             } = sweep.nodes;
             mobility.project(supports, nodes.start, v);
@@ -288,7 +288,7 @@ impl WithSimd for Drift<'_> {
 
 /// Second pass for a chunk; see [`Drift`].
 struct Finish<'a> {
-    sweep: &'a Sweep<'a>,
+    sweep: &'a PassInput<'a>,
     before: Before<'a>,
     kick: Kick,
     first: usize,

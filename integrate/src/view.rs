@@ -1,6 +1,6 @@
 //! What forces from outside may know of a step.
 
-use crate::nodes::Nodes;
+use crate::nodes::NodeConstants;
 use glam::{DMat3, DVec3};
 
 /// The body at the end of a step, before its second kick: positions are those of the end, velocities
@@ -51,7 +51,7 @@ impl StepView<'_> {
 /// Read-only view of masses and of all forces but those from outside.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct NodeForces<'a> {
-    pub(crate) nodes: &'a Nodes,
+    pub(crate) nodes: &'a NodeConstants,
     pub(crate) gravity: DVec3,
     pub(crate) forces: &'a [DVec3],
     /// Internal forces of the step before.

@@ -76,7 +76,7 @@ pub struct Cloud {
 
 /// Work space of a query.
 #[derive(Default)]
-struct Scratch {
+struct QueryScratch {
     nodes: Vec<u32>,
     values: Vec<f64>,
     gradients: Vec<DVec3>,
@@ -126,7 +126,7 @@ impl Cloud {
     /// If the field does not have one value per node.
     pub fn value(&self, x: DVec3, field: &[f64]) -> Result<f64, ShapeError> {
         self.check_field(field);
-        self.value_with(x, field, &mut Scratch::default())
+        self.value_with(x, field, &mut QueryScratch::default())
     }
 
     /// [`Cloud::value`] at many points in parallel, an answer for each, shape `(points)`.
@@ -148,7 +148,7 @@ impl Cloud {
     /// As [`Cloud::value`].
     pub fn sample(&self, x: DVec3, field: &[f64]) -> Result<Sample, ShapeError> {
         self.check_field(field);
-        self.sample_with(x, field, &mut Scratch::default())
+        self.sample_with(x, field, &mut QueryScratch::default())
     }
 
     /// [`Cloud::sample`] at many points in parallel, an answer for each, shape `(points)`.
@@ -165,7 +165,7 @@ impl Cloud {
     fn each<T: Send>(
         &self,
         points: &[DVec3],
-        answer: impl Fn(DVec3, &mut Scratch) -> T + Sync,
+        answer: impl Fn(DVec3, &mut QueryScratch) -> T + Sync,
     ) -> Vec<T> {
         map_with(points.len(), QUERIES_PER_TASK, |scratch, at| {
             answer(points[at], scratch)
@@ -198,7 +198,7 @@ impl Cloud {
     }
 
     /// Nodes that count at a point, and work space of their number.
-    fn gather(&self, x: DVec3, scratch: &mut Scratch) -> Result<(), ShapeError> {
+    fn gather(&self, x: DVec3, scratch: &mut QueryScratch) -> Result<(), ShapeError> {
         if !x.is_finite() {
             return Err(ShapeError::NotFinite);
         }
@@ -211,7 +211,7 @@ impl Cloud {
         &self,
         x: DVec3,
         field: &[f64],
-        scratch: &mut Scratch,
+        scratch: &mut QueryScratch,
     ) -> Result<f64, ShapeError> {
         self.gather(x, scratch)?;
         let (nodes, values) = (&scratch.nodes, &mut scratch.values);
@@ -228,10 +228,10 @@ impl Cloud {
         &self,
         x: DVec3,
         field: &[f64],
-        scratch: &mut Scratch,
+        scratch: &mut QueryScratch,
     ) -> Result<Sample, ShapeError> {
         self.gather(x, scratch)?;
-        let Scratch {
+        let QueryScratch {
             nodes,
             values,
             gradients,

@@ -6,7 +6,7 @@ use phyxel_integrate::{Grip, State, StiffnessTracker, Warning};
 use serde::{Deserialize, Serialize};
 
 use crate::body::Body;
-use crate::cut_state::{CutState, Cutting};
+use crate::cut_state::{Cutting, KeptCut};
 use crate::tool::ToolContact;
 
 /// What moves in a body, and what watches over it.
@@ -19,7 +19,7 @@ pub(crate) struct BodyState {
     pub(crate) eigenvector: Vec<DVec3>,
     pub(crate) smallest_ratio: f64,
     pub(crate) doubt: Option<Warning>,
-    pub(crate) cut: CutState,
+    pub(crate) cut: KeptCut,
     /// What decays in the model, and its control.
     pub(crate) elastic: phyxel_elastic::State,
     /// Energy (J) that viscosity has lost.

@@ -27,12 +27,12 @@ pub struct Cutting {
     /// Piece of each node; empty before the first cut.
     pub(crate) pieces: Vec<u32>,
     /// Open strokes.
-    pub(crate) strokes: Vec<Stroke>,
+    pub(crate) strokes: Vec<OpenStroke>,
 }
 
 /// An open stroke.
 #[derive(Debug, Clone)]
-pub(crate) struct Stroke {
+pub(crate) struct OpenStroke {
     pub(crate) cut: usize,
     /// Place among all strokes so far.
     number: usize,
@@ -42,7 +42,7 @@ pub(crate) struct Stroke {
 
 /// What edges that are captured again do not say, kept; of a body that no blade has touched nothing.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
-pub(crate) struct CutState {
+pub(crate) struct KeptCut {
     growth: Option<f64>,
     energy: Option<CutEnergy>,
     by_stroke: Vec<CutEnergy>,
@@ -50,7 +50,7 @@ pub(crate) struct CutState {
     strokes: Vec<(usize, Blade)>,
 }
 
-impl CutState {
+impl KeptCut {
     /// Whether its strokes can be resumed in a body of so many nodes.
     pub(crate) fn is_sound(&self, nodes: usize) -> bool {
         self.strokes.iter().all(|(_, blade)| blade.is_sound(nodes))
@@ -114,9 +114,9 @@ impl Cutting {
     }
 
     /// What is kept.
-    pub(crate) fn state(&self) -> CutState {
+    pub(crate) fn state(&self) -> KeptCut {
         let open = self.strokes.iter();
-        CutState {
+        KeptCut {
             growth: Some(self.growth),
             energy: Some(self.energy),
             by_stroke: self.by_stroke.iter().map(|stroke| stroke.energy).collect(),
@@ -127,7 +127,7 @@ impl Cutting {
     }
 
     /// Takes it back once its edges are captured again; replayed strokes get their blades.
-    pub(crate) fn set_state(&mut self, state: CutState) {
+    pub(crate) fn set_state(&mut self, state: KeptCut) {
         self.growth = state.growth.unwrap_or(self.growth);
         if let Some(energy) = state.energy {
             self.energy = energy;
@@ -168,7 +168,7 @@ impl Cutting {
                     cut,
                     ..StrokeEnergy::default()
                 });
-                self.strokes.push(Stroke { cut, number, blade });
+                self.strokes.push(OpenStroke { cut, number, blade });
                 number
             }
         };

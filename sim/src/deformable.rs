@@ -22,7 +22,7 @@ const NODES: usize = 16;
 
 /// A body's surface as it touches others and itself.
 #[derive(Debug, Clone)]
-struct Surface {
+struct BodySurface {
     tissue: Tissue,
     /// Sample of each surfel.
     samples: Vec<u32>,
@@ -40,7 +40,7 @@ struct Surface {
 #[derive(Debug, Clone)]
 pub(crate) struct DeformableBodies {
     pub(crate) contact: DeformableContact,
-    surfaces: Vec<Surface>,
+    surfaces: Vec<BodySurface>,
     rest: Vec<DVec3>,
     masses: Vec<f64>,
     positions: Vec<DVec3>,
@@ -57,7 +57,7 @@ impl DeformableBodies {
         };
         let (mut surfaces, mut rest, mut masses) = (Vec::new(), Vec::new(), Vec::new());
         for (body, description) in bodies.iter().zip(&scene.bodies) {
-            surfaces.push(Surface {
+            surfaces.push(BodySurface {
                 tissue: in_body(tissue_of(body), &body.name)?,
                 samples: Vec::new(),
                 outside: Outside::new(&boundary_triangles(&body.tetrahedra, |_| true)),
@@ -95,7 +95,7 @@ impl DeformableBodies {
 
     /// Adds samples for the surfels of a body that have none.
     fn take_new(&mut self, body: &Body, at: usize, disks: &mut ContactDisks) {
-        let Surface {
+        let BodySurface {
             samples, tissue, ..
         } = &self.surfaces[at];
         for surfel in samples.len()..tissue.surfels().len() {
@@ -169,7 +169,7 @@ impl DeformableBodies {
     ) -> Result<(), BodyProblem> {
         let body = &bodies[index];
         let others = self.open(body, index, &update.touched);
-        let Surface {
+        let BodySurface {
             tissue, samples, ..
         } = &mut self.surfaces[index];
         let mut changed = body.cut_surface(tissue, &update.triangles)?;

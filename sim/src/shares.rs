@@ -93,7 +93,7 @@ pub trait BodyShares: Shares + fmt::Debug + Send {
 
 /// A body's shares, and what they have of it.
 #[derive(Debug)]
-struct Shared {
+struct SharedBody {
     shares: Arc<Mutex<dyn BodyShares>>,
     /// Positions, velocities, forces and loads.
     motion: bool,
@@ -107,7 +107,7 @@ struct Shared {
     watched: Vec<u32>,
 }
 
-impl Shared {
+impl SharedBody {
     /// Whether they have what moves as it is, forces after a cut included.
     fn is_handed(&self) -> bool {
         self.motion && self.changed.is_empty()
@@ -137,7 +137,7 @@ pub(crate) struct Whole {
     motion: Newest<Motion>,
     /// Vector of the last estimate of the largest eigenvalue, where the next one starts.
     eigenvector: Newest<Vec<DVec3>>,
-    shared: Option<Shared>,
+    shared: Option<SharedBody>,
 }
 
 /// A clone has no shares, so that theirs are never two: its nodes are all here.
@@ -328,7 +328,7 @@ impl Body {
         };
         body.take_first_eigenvalue(found, description.damping_ratio)?;
         body.whole.eigenvector.leave_behind();
-        body.whole.shared = Some(Shared {
+        body.whole.shared = Some(SharedBody {
             shares,
             // They know nothing yet of loads, and of damping.
             motion: false,
@@ -352,7 +352,7 @@ impl Body {
             self.whole.refresh()?;
         }
         let watched = self.watched();
-        let is_same = |shared: &Shared| {
+        let is_same = |shared: &SharedBody| {
             shared.model && shared.changed.is_empty() && shared.watched == watched
         };
         if !self.whole.shared.as_ref().is_some_and(is_same) {
@@ -367,7 +367,7 @@ impl Body {
         handed.map(|()| Some(shares))
     }
 
-    fn hand_over(&self, shared: &mut Shared, watched: Vec<u32>) -> Result<(), BodyProblem> {
+    fn hand_over(&self, shared: &mut SharedBody, watched: Vec<u32>) -> Result<(), BodyProblem> {
         let mut changed = std::mem::take(&mut shared.changed);
         if !shared.model {
             shared.lock().set_model(self, &watched)?;

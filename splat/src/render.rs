@@ -29,7 +29,7 @@ use noise::slope_noise;
 pub(crate) use noise::{fractal_noise, gradient_noise};
 use project::{Appearance, Chunk, Contribution, Facing, Projected, Raster, TILE, Wall, project};
 use raster::{
-    ImagePatch, ScreenTriangle, Sums, TileBuffers, blend_near, blend_splats, draw_triangles,
+    ImagePatch, SampleSums, ScreenTriangle, TileBuffers, blend_near, blend_splats, draw_triangles,
     fill_gaps, find_surface,
 };
 use resolve::{LitTriangle, Shader, TilePixels};

@@ -38,7 +38,7 @@ pub use near::triangle_near_box;
 pub use normals::estimate_normals;
 use radii::{FACE_COSINE, RadiusMap, measure_of, shape_operators, sheet_radius};
 pub use radii::{Measure, RadiusRule, covering_radii, measures};
-use skin::Sample;
+use skin::SkinSample;
 pub use skin::{CutSampler, triangle_area};
 pub use texture::{CAPSULE, PARENCHYMA, TissueTexture};
 use tree::{NodeTree, point_tree};

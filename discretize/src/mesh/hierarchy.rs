@@ -15,7 +15,7 @@ const DIPOLE_DISTANCE: f64 = 2.0;
 const SLACK: f64 = 1e-12;
 
 #[derive(Debug, Clone)]
-struct Node {
+struct BoxNode {
     bounds: Bounds,
     /// Area-weighted middle of the triangles, and radius about it.
     center: DVec3,
@@ -28,7 +28,7 @@ struct Node {
     count: u32,
 }
 
-impl Node {
+impl BoxNode {
     /// Corners of a leaf.
     fn entries(&self) -> Range<usize> {
         let first = self.next as usize;
@@ -39,7 +39,7 @@ impl Node {
 /// Hierarchy of axis-aligned boxes over the triangles of one mesh.
 #[derive(Debug, Clone)]
 pub struct Hierarchy {
-    nodes: Vec<Node>,
+    nodes: Vec<BoxNode>,
     /// Corners, in the order of the leaves.
     corners: Vec<[DVec3; 3]>,
     /// Triangle of the mesh for each entry of `corners`.
@@ -225,7 +225,12 @@ fn apart(a: &Bounds, b: &Bounds) -> bool {
     (a.min.cmpgt(b.max) | b.min.cmpgt(a.max)).any()
 }
 
-fn build(corners: &[[DVec3; 3]], items: &mut [(DVec3, u32)], first: usize, nodes: &mut Vec<Node>) {
+fn build(
+    corners: &[[DVec3; 3]],
+    items: &mut [(DVec3, u32)],
+    first: usize,
+    nodes: &mut Vec<BoxNode>,
+) {
     let at = nodes.len();
     let mut bounds = Bounds::EMPTY;
     let mut dipole = DVec3::ZERO;
@@ -246,7 +251,7 @@ fn build(corners: &[[DVec3; 3]], items: &mut [(DVec3, u32)], first: usize, nodes
         bounds.center()
     };
     let radius = (bounds.max - center).max(center - bounds.min).length();
-    nodes.push(Node {
+    nodes.push(BoxNode {
         bounds,
         center,
         radius,

@@ -183,7 +183,7 @@ impl ReadErrorKind {
 
 /// What a reader collects.
 #[derive(Default)]
-struct Raw {
+struct RawMesh {
     vertices: Vec<DVec3>,
     /// Of vertices, as the file has them; empty where it has none or they are not read.
     normals: Vec<DVec3>,
@@ -195,7 +195,7 @@ struct Raw {
     fans: Vec<(usize, Vec<u32>, TextPlace)>,
 }
 
-impl Raw {
+impl RawMesh {
     /// Adds a polygon as a fan; [`polygon::mend`] looks at it when all vertices are known.
     fn polygon(&mut self, corners: &[u32], place: TextPlace) -> Result<(), ReadError> {
         if corners.len() < 3 {

@@ -6,8 +6,8 @@ use std::fmt;
 use glam::DVec3;
 
 use crate::mesh::{
-    Bounds, Edges, Hierarchy, Mesh, RepairError, boundary_loops, index, orient, self_intersections,
-    winding_number,
+    Bounds, Hierarchy, Mesh, RepairError, SortedSides, boundary_loops, index, orient,
+    self_intersections, winding_number,
 };
 
 /// Points of a part that are asked whether they lie in another one.
@@ -154,7 +154,7 @@ pub fn repair(mesh: &Mesh, settings: &RepairSettings) -> Result<(Mesh, MeshRepor
         ..MeshReport::default()
     };
     // Welding may join sheets that pass through each other and hide that they are one side.
-    orient(&mut work.clone(), &Edges::new(&work)).map_err(|t| one_sided(&work, t))?;
+    orient(&mut work.clone(), &SortedSides::new(&work)).map_err(|t| one_sided(&work, t))?;
     report.welded_vertices = weld(&mut work, settings.weld_tolerance * diagonal);
     (report.degenerate_triangles, report.duplicate_triangles) = drop_bad(&mut work);
     if work.triangles.is_empty() {
@@ -163,18 +163,18 @@ pub fn repair(mesh: &Mesh, settings: &RepairSettings) -> Result<(Mesh, MeshRepor
     }
     let given = work.compacted();
     let mut work = given.clone();
-    let edges = Edges::new(&given);
+    let edges = SortedSides::new(&given);
     report.non_manifold_edges = edges.non_manifold();
     report.turned_triangles = orient(&mut work, &edges).map_err(|t| one_sided(&given, t))?;
     let largest = settings.largest_hole;
     (report.closed_holes, report.largest_hole) = close_holes(&mut work, largest, diagonal)?;
-    let (part_of, parts) = Edges::new(&work).parts(work.triangles.len());
+    let (part_of, parts) = SortedSides::new(&work).parts(work.triangles.len());
     report.parts = parts;
     let buried = turn_parts(&mut work, &part_of, &mut report);
     (report.dropped_specks, report.dropped_buried) =
         drop_parts(&mut work, &part_of, &buried, settings.smallest_part);
     let work = work.compacted();
-    let edges = Edges::new(&work);
+    let edges = SortedSides::new(&work);
     if let Some((count, [a, b])) = edges.unbalanced() {
         return Err(RepairError::Unbalanced {
             edges: count,
@@ -284,7 +284,7 @@ fn drop_bad(mesh: &mut Mesh) -> (usize, usize) {
 /// Closes holes up to a fraction of the box's diagonal round with a fan around their middle; returns how many, and the largest.
 fn close_holes(mesh: &mut Mesh, share: f64, diagonal: f64) -> Result<(usize, f64), RepairError> {
     let limit = share * diagonal;
-    let loops = boundary_loops(&Edges::new(mesh));
+    let loops = boundary_loops(&SortedSides::new(mesh));
     let mut largest: (f64, DVec3) = (0.0, DVec3::ZERO);
     for ring in &loops {
         let perimeter: f64 = (0..ring.len())

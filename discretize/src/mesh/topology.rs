@@ -14,11 +14,11 @@ struct Side {
 
 /// The sides of all triangles, sorted by edge.
 #[derive(Debug)]
-pub(crate) struct Edges {
+pub(crate) struct SortedSides {
     sides: Vec<Side>,
 }
 
-impl Edges {
+impl SortedSides {
     pub(crate) fn new(mesh: &Mesh) -> Self {
         let mut sides = Vec::with_capacity(3 * mesh.triangles.len());
         for (t, [a, b, c]) in mesh.triangles.iter().enumerate() {
@@ -108,7 +108,7 @@ impl Edges {
 /// Turns triangles so that neighbours over two-sided edges agree; in each sheet the fewer turn.
 /// Returns how many were turned, or a triangle where a sheet comes back to itself with its other
 /// side, as a Moebius strip does.
-pub(crate) fn orient(mesh: &mut Mesh, edges: &Edges) -> Result<usize, u32> {
+pub(crate) fn orient(mesh: &mut Mesh, edges: &SortedSides) -> Result<usize, u32> {
     let n = mesh.triangles.len();
     // Neighbours over two-sided edges, and whether both run the edge the same way.
     let pairs = edges.groups().filter_map(|g| match g {
@@ -159,7 +159,7 @@ pub(crate) fn orient(mesh: &mut Mesh, edges: &Edges) -> Result<usize, u32> {
 }
 
 /// Rims of holes as closed rings of vertices, in the sense that closing triangles need.
-pub(crate) fn boundary_loops(edges: &Edges) -> Vec<Vec<u32>> {
+pub(crate) fn boundary_loops(edges: &SortedSides) -> Vec<Vec<u32>> {
     // A closing triangle runs each rim edge against its only triangle.
     let mut next: Vec<(u32, u32)> = edges
         .groups()

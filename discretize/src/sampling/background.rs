@@ -9,14 +9,14 @@ pub(crate) type Visit<'a> = dyn FnMut([u32; 4], &[[u8; 4]; 4]) + 'a;
 
 /// An edge of the background.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Edge {
+pub(crate) struct BackgroundEdge {
     /// Ends, the smaller id first.
     pub ends: [u32; 2],
     /// An end moves onto the surface if the cut lies within this fraction of the edge.
     pub reach: f64,
 }
 
-impl Edge {
+impl BackgroundEdge {
     pub(crate) fn new(a: u32, b: u32, reach: f64) -> Self {
         Self {
             ends: [a.min(b), a.max(b)],
@@ -26,7 +26,7 @@ impl Edge {
 }
 
 /// Points and conforming tetrahedra.
-pub(crate) trait Background: Sync {
+pub(crate) trait BackgroundMesh: Sync {
     fn point_count(&self) -> usize;
 
     fn position(&self, id: u32) -> DVec3;
@@ -38,7 +38,7 @@ pub(crate) trait Background: Sync {
     fn signs(&self, solid: &Solid) -> Result<Vec<i8>, SampleError>;
 
     /// Every edge with an end inside and an end outside, once.
-    fn crossed_edges(&self, sign: &[i8]) -> Vec<Edge>;
+    fn crossed_edges(&self, sign: &[i8]) -> Vec<BackgroundEdge>;
 
     /// Number of pieces of the background that can be worked on side by side.
     fn chunks(&self) -> usize;

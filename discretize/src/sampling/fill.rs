@@ -6,8 +6,9 @@ use glam::DVec3;
 use crate::mesh::{Bounds, tetrahedra_edges};
 use crate::sampling::slimness;
 use crate::sampling::{
-    Background, Graded, Lattice, MEAN_EDGE, Measures, Octree, SHIFT, SURFACE_NODES, SampleError,
-    SampleSettings, Slimness, Solid, Stuffed, improve, model, solve_cell, stuff, too_fine,
+    BackgroundMesh, Graded, Lattice, MEAN_EDGE, Measures, Octree, SHIFT, SURFACE_NODES,
+    SampleError, SampleSettings, Slimness, Solid, Stuffed, improve, model, solve_cell, stuff,
+    too_fine,
 };
 
 /// Rounds of the search for a spacing that gives the wanted number of nodes.
@@ -131,7 +132,7 @@ impl<'a> Filler<'a> {
         Slimness::new(self.solid, largest, usize::MAX, model)
     }
 
-    fn stuff(&self, background: &dyn Background, cell: f64) -> Result<Stuffed, SampleError> {
+    fn stuff(&self, background: &dyn BackgroundMesh, cell: f64) -> Result<Stuffed, SampleError> {
         let stuffed = stuff(background, self.solid)?;
         if stuffed.tetrahedra.is_empty() || slimness::is_mostly_lost(self.solid, &stuffed) {
             return Err(self.body(self.settings.largest_lattice).vanished(cell));

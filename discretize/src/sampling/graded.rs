@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use crate::mesh::{Groups, index, rows, tetrahedron_volume};
 use crate::sampling::sides::first_error;
 use crate::sampling::{
-    Background, Cell, Edge, Octree, SampleError, Solid, Visit, WARP_LONG, WARP_SHORT,
+    BackgroundEdge, BackgroundMesh, Cell, Octree, SampleError, Solid, Visit, WARP_LONG, WARP_SHORT,
 };
 
 /// Tetrahedra that one thread cuts at a time.
@@ -181,7 +181,7 @@ fn squared(a: Halves, b: Halves) -> u64 {
         .sum()
 }
 
-impl Background for Graded<'_> {
+impl BackgroundMesh for Graded<'_> {
     fn point_count(&self) -> usize {
         self.points.len()
     }
@@ -215,7 +215,7 @@ impl Background for Graded<'_> {
         Ok(roots.into_iter().map(|r| own[r as usize]).collect())
     }
 
-    fn crossed_edges(&self, sign: &[i8]) -> Vec<Edge> {
+    fn crossed_edges(&self, sign: &[i8]) -> Vec<BackgroundEdge> {
         let mut ends: Vec<[u32; 2]> = self
             .tetrahedra
             .par_chunks(CHUNK)
@@ -240,7 +240,7 @@ impl Background for Graded<'_> {
                 let (p, q) = (self.points[a as usize], self.points[b as usize]);
                 let straight = (0..3).filter(|i| p[*i] != q[*i]).count() == 1;
                 let reach = if straight { WARP_LONG } else { WARP_SHORT };
-                Edge::new(a, b, reach)
+                BackgroundEdge::new(a, b, reach)
             })
             .collect()
     }

@@ -7,7 +7,7 @@
 use glam::DVec3;
 
 use crate::mesh::{area_vector, closest_on_triangle};
-use crate::sampling::{Patch, Solid, Stuffed};
+use crate::sampling::{Solid, Stuffed, StuffingPatch};
 
 /// Fractions of the path to the middle of the neighbours that are tried.
 const STEPS: [f64; 3] = [1.0, 0.5, 0.25];
@@ -28,7 +28,7 @@ pub(crate) fn improve(stuffed: &mut Stuffed, solid: &Solid, sweeps: usize) {
     if sweeps == 0 {
         return;
     }
-    let mut patch = Patch::new(std::mem::take(stuffed));
+    let mut patch = StuffingPatch::new(std::mem::take(stuffed));
     for _ in 0..sweeps {
         let mut changed = false;
         for v in patch.by_goodness() {
@@ -46,7 +46,7 @@ pub(crate) fn improve(stuffed: &mut Stuffed, solid: &Solid, sweeps: usize) {
 
 /// Moves a node toward the middle of its neighbours (a surface node toward that of its surface
 /// neighbours, then back onto the surface) if the worst around gets better.
-fn move_node(patch: &mut Patch, solid: &Solid, v: u32) -> bool {
+fn move_node(patch: &mut StuffingPatch, solid: &Solid, v: u32) -> bool {
     let now = patch.worst_around(v);
     if now >= 1.0 {
         return false;
@@ -99,7 +99,7 @@ fn move_node(patch: &mut Patch, solid: &Solid, v: u32) -> bool {
 }
 
 /// Collapses an edge at `v`, onto either end, if the worst around gets better; the best of them.
-fn collapse_best(patch: &mut Patch, v: u32) -> bool {
+fn collapse_best(patch: &mut StuffingPatch, v: u32) -> bool {
     if patch.goodness(v) >= 1.0 {
         return false;
     }
@@ -134,7 +134,7 @@ fn collapse_best(patch: &mut Patch, v: u32) -> bool {
 
 /// Whether the surface around a node that goes is kept well enough: triangles hardly turn, and the
 /// node's position stays near one of them.
-fn surface_stays(patch: &Patch, gone: u32, kept: u32) -> bool {
+fn surface_stays(patch: &StuffingPatch, gone: u32, kept: u32) -> bool {
     if !patch.on_surface[gone as usize] {
         return true;
     }

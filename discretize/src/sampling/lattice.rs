@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::mesh::{Bounds, Hierarchy, Mesh, index};
 use crate::sampling::sides::first_error;
-use crate::sampling::{Background, Edge, SampleError, Solid, Visit};
+use crate::sampling::{BackgroundEdge, BackgroundMesh, SampleError, Solid, Visit};
 
 /// A lattice point moves onto the surface if a cut lies within this fraction of a long edge.
 /// Labelle & Shewchuk 2007, table 1 (the pair that bounds dihedral angles by 10.7 and 164.8).
@@ -98,7 +98,7 @@ impl Lattice {
 /// [`Lattice::tetrahedra_at`]: edges 0-1 and 2-3 are long.
 const CLASSES: [[u8; 4]; 4] = [[0, 1, 0, 0], [1, 0, 0, 0], [0, 0, 0, 1], [0, 0, 1, 0]];
 
-impl Background for Lattice {
+impl BackgroundMesh for Lattice {
     fn point_count(&self) -> usize {
         self.corner_count() + self.cell_count()
     }
@@ -130,7 +130,7 @@ impl Background for Lattice {
         }
     }
 
-    fn crossed_edges(&self, sign: &[i8]) -> Vec<Edge> {
+    fn crossed_edges(&self, sign: &[i8]) -> Vec<BackgroundEdge> {
         (0..=self.cells[2])
             .into_par_iter()
             .flat_map_iter(|k| {
@@ -140,7 +140,7 @@ impl Background for Lattice {
                         self.edges_at([i, j, k], |from, to, long| {
                             if sign[from as usize] * sign[to as usize] < 0 {
                                 let reach = if long { WARP_LONG } else { WARP_SHORT };
-                                out.push(Edge::new(from, to, reach));
+                                out.push(BackgroundEdge::new(from, to, reach));
                             }
                         });
                     }

@@ -6,22 +6,22 @@ use rstar::primitives::GeomWithData;
 
 use crate::mesh::index;
 
-type Entry = GeomWithData<[f64; 3], u32>;
+type NearEntry = GeomWithData<[f64; 3], u32>;
 
 /// Numbered points in a tree of boxes.
 #[derive(Default)]
-pub(crate) struct Near(RTree<Entry>);
+pub(crate) struct Near(RTree<NearEntry>);
 
 impl Near {
     /// Numbers the points from 0.
     pub(crate) fn new(points: &[DVec3]) -> Self {
         let numbered = points.iter().enumerate();
-        let entries = numbered.map(|(k, p)| Entry::new(p.to_array(), index(k)));
+        let entries = numbered.map(|(k, p)| NearEntry::new(p.to_array(), index(k)));
         Self(RTree::bulk_load(entries.collect()))
     }
 
     pub(crate) fn insert(&mut self, p: DVec3, id: u32) {
-        self.0.insert(Entry::new(p.to_array(), id));
+        self.0.insert(NearEntry::new(p.to_array(), id));
     }
 
     /// Points within a radius, in no order.

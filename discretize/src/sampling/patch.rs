@@ -20,7 +20,7 @@ const GONE: u32 = u32::MAX;
 
 /// What a tetrahedron gives its corners.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Measure {
+pub(crate) struct TetrahedronMeasure {
     /// Volume.
     pub volume: f64,
     /// Volume over the squared height of each corner.
@@ -29,7 +29,7 @@ pub(crate) struct Measure {
     pub sine: f64,
 }
 
-impl Measure {
+impl TetrahedronMeasure {
     /// Of a tetrahedron without volume: anything is better.
     const FLAT: Self = Self {
         volume: 0.0,
@@ -39,13 +39,13 @@ impl Measure {
 }
 
 /// A stuffing with what surrounds each node near its surface.
-pub(crate) struct Patch {
+pub(crate) struct StuffingPatch {
     pub positions: Vec<DVec3>,
     pub on_surface: Vec<bool>,
     pub size: Vec<f64>,
     /// Those at nodes that may move or neighbour one, and what each gives its corners.
     pub tetrahedra: Vec<[u32; 4]>,
-    measures: Vec<Measure>,
+    measures: Vec<TetrahedronMeasure>,
     /// All others.
     rest: Vec<[u32; 4]>,
     pub faces: Vec<[u32; 3]>,
@@ -62,7 +62,7 @@ pub(crate) struct Patch {
     stamp: Vec<u32>,
     change: Vec<(f64, f64)>,
     touched: Vec<u32>,
-    fresh: Vec<Measure>,
+    fresh: Vec<TetrahedronMeasure>,
     round: u32,
 }
 
@@ -77,7 +77,7 @@ fn at_nodes<const N: usize>(nodes: usize, elements: &[[u32; N]]) -> Vec<Vec<u32>
     at
 }
 
-impl Patch {
+impl StuffingPatch {
     pub(crate) fn new(stuffed: Stuffed) -> Self {
         let Stuffed {
             positions,
@@ -103,9 +103,9 @@ impl Patch {
         let (near, rest): (Vec<_>, Vec<_>) = tetrahedra
             .into_iter()
             .partition(|t| t.iter().any(|v| listed[*v as usize]));
-        let measures: Vec<Measure> = near
+        let measures: Vec<TetrahedronMeasure> = near
             .iter()
-            .map(|t| measure(t.map(|v| positions[v as usize])).unwrap_or(Measure::FLAT))
+            .map(|t| measure(t.map(|v| positions[v as usize])).unwrap_or(TetrahedronMeasure::FLAT))
             .collect();
         for (corners, m) in near.iter().zip(&measures) {
             for (k, &v) in corners.iter().enumerate() {
@@ -353,7 +353,7 @@ impl Patch {
             } else {
                 let ids = ids.map(|v| if v == gone { kept } else { v });
                 let corners = ids.map(|v| self.positions[v as usize]);
-                self.measures[t as usize] = measure(corners).unwrap_or(Measure::FLAT);
+                self.measures[t as usize] = measure(corners).unwrap_or(TetrahedronMeasure::FLAT);
                 self.tetrahedra[t as usize] = ids;
                 self.tetrahedra_at[kept as usize].push(t);
             }
@@ -397,7 +397,7 @@ impl Patch {
 }
 
 /// What a tetrahedron gives its corners.
-pub(crate) fn measure([a, b, c, d]: [DVec3; 4]) -> Option<Measure> {
+pub(crate) fn measure([a, b, c, d]: [DVec3; 4]) -> Option<TetrahedronMeasure> {
     let six_volumes = (b - a).cross(c - a).dot(d - a);
     let normals = faces([a, b, c, d]);
     let squared = normals.map(DVec3::length_squared);
@@ -412,7 +412,7 @@ pub(crate) fn measure([a, b, c, d]: [DVec3; 4]) -> Option<Measure> {
             cosine_squared = cosine_squared.max(dot * dot / (squared[i] * squared[j]));
         }
     }
-    Some(Measure {
+    Some(TetrahedronMeasure {
         volume: six_volumes / 6.0,
         stiffness,
         sine: (1.0 - cosine_squared).max(0.0).sqrt(),

@@ -41,16 +41,16 @@ pub(crate) struct Slimness<'a> {
     area: f64,
     limit: f64,
     largest: f64,
-    model: Model,
+    model: CountModel,
 }
 
 /// Nodes at a cell size, by volume and area.
-type Model = fn(f64, f64, f64) -> f64;
+type CountModel = fn(f64, f64, f64) -> f64;
 
 impl<'a> Slimness<'a> {
     /// The body with its lattice limited by `largest` cells, and by so many for each node wanted: where
     /// more of them are empty, it is a spike or a stray vertex that makes the box.
-    pub(crate) fn new(solid: &'a Solid, largest: usize, wanted: usize, model: Model) -> Self {
+    pub(crate) fn new(solid: &'a Solid, largest: usize, wanted: usize, model: CountModel) -> Self {
         let Measures { volume, area } = solid.measures();
         let largest = largest as f64;
         let granted = FREE_SHARE * largest;

@@ -140,7 +140,7 @@ pub type LevelSet = Arc<dyn Fn(DVec3) -> f64 + Send + Sync>;
 /// ```
 #[derive(Clone)]
 pub struct Solid {
-    kind: Kind,
+    kind: SolidKind,
     bounds: Bounds,
     /// The surface is the box itself: a lattice that fits it exactly is worth having.
     pub(crate) is_box: bool,
@@ -163,7 +163,7 @@ pub(crate) struct Upright {
 }
 
 #[derive(Clone)]
-enum Kind {
+enum SolidKind {
     Implicit(LevelSet),
     Mesh(Arc<MeshBody>),
 }
@@ -176,8 +176,8 @@ struct MeshBody {
 impl fmt::Debug for Solid {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let kind = match &self.kind {
-            Kind::Implicit(_) => "implicit".to_owned(),
-            Kind::Mesh(body) => format!("mesh of {} triangles", body.mesh.triangles.len()),
+            SolidKind::Implicit(_) => "implicit".to_owned(),
+            SolidKind::Mesh(body) => format!("mesh of {} triangles", body.mesh.triangles.len()),
         };
         f.debug_struct("Solid")
             .field("kind", &kind)
@@ -253,12 +253,12 @@ impl Solid {
     pub fn turned(self, rotation: DMat3, translation: DVec3) -> Self {
         let place = move |p: DVec3| rotation * p + translation;
         let moved = match &self.kind {
-            Kind::Mesh(body) => {
+            SolidKind::Mesh(body) => {
                 let mut mesh = body.mesh.clone();
                 mesh.vertices.iter_mut().for_each(|v| *v = place(*v));
                 Self::from_mesh(mesh)
             }
-            Kind::Implicit(function) => {
+            SolidKind::Implicit(function) => {
                 let (function, back) = (function.clone(), rotation.transpose());
                 let bounds = Bounds::of(self.bounds.corners().map(place));
                 Self {
@@ -282,8 +282,8 @@ impl Solid {
     #[must_use]
     pub fn volume(&self) -> Option<f64> {
         match &self.kind {
-            Kind::Mesh(body) => Some(body.mesh.volume()),
-            Kind::Implicit(_) => self.shape_volume,
+            SolidKind::Mesh(body) => Some(body.mesh.volume()),
+            SolidKind::Implicit(_) => self.shape_volume,
         }
     }
 
@@ -293,7 +293,7 @@ impl Solid {
         bounds: Bounds,
         function: impl Fn(DVec3) -> f64 + Send + Sync + 'static,
     ) -> Self {
-        Self::new(Kind::Implicit(Arc::new(function)), bounds)
+        Self::new(SolidKind::Implicit(Arc::new(function)), bounds)
     }
 
     /// Body inside a surface: winding number above one half. Repair the mesh first
@@ -304,10 +304,13 @@ impl Solid {
     #[must_use]
     pub fn from_mesh(mesh: Mesh) -> Self {
         let (bounds, hierarchy) = (mesh.bounds(), Hierarchy::new(&mesh));
-        Self::new(Kind::Mesh(Arc::new(MeshBody { mesh, hierarchy })), bounds)
+        Self::new(
+            SolidKind::Mesh(Arc::new(MeshBody { mesh, hierarchy })),
+            bounds,
+        )
     }
 
-    fn new(kind: Kind, bounds: Bounds) -> Self {
+    fn new(kind: SolidKind, bounds: Bounds) -> Self {
         Self {
             kind,
             bounds,
@@ -321,8 +324,8 @@ impl Solid {
 
     fn mesh_body(&self) -> Option<&MeshBody> {
         match &self.kind {
-            Kind::Implicit(_) => None,
-            Kind::Mesh(body) => Some(body),
+            SolidKind::Implicit(_) => None,
+            SolidKind::Mesh(body) => Some(body),
         }
     }
 
@@ -348,18 +351,18 @@ impl Solid {
     /// Volume and area: those of the surface, or of a grid's points in an implicit body's box.
     pub(crate) fn measures(&self) -> Measures {
         match &self.kind {
-            Kind::Mesh(body) => Measures {
+            SolidKind::Mesh(body) => Measures {
                 volume: body.mesh.volume(),
                 area: body.mesh.area(),
             },
-            Kind::Implicit(_) if self.is_box => {
+            SolidKind::Implicit(_) if self.is_box => {
                 let size = self.bounds.size();
                 Measures {
                     volume: size.element_product(),
                     area: 2.0 * size.dot(DVec3::new(size.y, size.z, size.x)),
                 }
             }
-            Kind::Implicit(_) => self.grid_measures(),
+            SolidKind::Implicit(_) => self.grid_measures(),
         }
     }
 
@@ -375,8 +378,8 @@ impl Solid {
     #[must_use]
     pub fn contains(&self, p: DVec3) -> bool {
         match &self.kind {
-            Kind::Implicit(function) => function(p) < 0.0,
-            Kind::Mesh(body) => body.hierarchy.winding_number(p) > 0.5,
+            SolidKind::Implicit(function) => function(p) < 0.0,
+            SolidKind::Mesh(body) => body.hierarchy.winding_number(p) > 0.5,
         }
     }
 
@@ -392,8 +395,8 @@ impl Solid {
     #[must_use]
     pub fn signed_distance(&self, p: DVec3) -> f64 {
         match &self.kind {
-            Kind::Implicit(function) => function(p),
-            Kind::Mesh(body) => {
+            SolidKind::Implicit(function) => function(p),
+            SolidKind::Mesh(body) => {
                 let closest = body.hierarchy.closest(p);
                 let distance = closest.map_or(f64::INFINITY, |c| c.distance_squared.sqrt());
                 if self.contains(p) {
@@ -411,8 +414,8 @@ impl Solid {
     #[must_use]
     pub fn normal(&self, p: DVec3) -> DVec3 {
         match &self.kind {
-            Kind::Implicit(_) => self.gradient(p).normalize_or_zero(),
-            Kind::Mesh(body) => body.hierarchy.closest(p).map_or(DVec3::ZERO, |c| {
+            SolidKind::Implicit(_) => self.gradient(p).normalize_or_zero(),
+            SolidKind::Mesh(body) => body.hierarchy.closest(p).map_or(DVec3::ZERO, |c| {
                 let vector = body.mesh.area_vector(c.triangle as usize);
                 vector.normalize_or_zero()
             }),
@@ -424,7 +427,7 @@ impl Solid {
     #[must_use]
     pub fn project(&self, p: DVec3) -> DVec3 {
         match &self.kind {
-            Kind::Implicit(function) => {
+            SolidKind::Implicit(function) => {
                 let mut at = p;
                 for _ in 0..6 {
                     let value = function(at);
@@ -441,13 +444,13 @@ impl Solid {
                 }
                 at
             }
-            Kind::Mesh(body) => body.hierarchy.closest(p).map_or(p, |c| c.point),
+            SolidKind::Mesh(body) => body.hierarchy.closest(p).map_or(p, |c| c.point),
         }
     }
 
     /// Gradient of the implicit function by central differences; zero for meshes.
     fn gradient(&self, p: DVec3) -> DVec3 {
-        let Kind::Implicit(function) = &self.kind else {
+        let SolidKind::Implicit(function) = &self.kind else {
             return DVec3::ZERO;
         };
         let step = 1e-5 * self.bounds.diagonal();

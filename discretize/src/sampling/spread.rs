@@ -31,7 +31,7 @@ const MOST_PIECES: f64 = 64.0;
 const MOST_SHARES: usize = 4;
 
 /// What one triangle gives nodes, and the largest support radius it took.
-type Part = (Vec<(u32, DVec3)>, f64);
+type TriangleShare = (Vec<(u32, DVec3)>, f64);
 
 /// `b_i = sum_q phi_i(x_q) n_q a_q` with linear moving-least-squares functions phi of the nodes;
 /// `sum b_i = 0` and `sum b_i (x) X_i = V I` follow from linear reproduction, as the rule integrates
@@ -44,7 +44,7 @@ pub(crate) fn boundary_vectors(
     tree: &Near,
 ) -> Option<(Vec<DVec3>, f64)> {
     let most = MOST_SHARES * nodes.len();
-    let parts: Vec<Option<Part>> = (0..surface.triangles.len())
+    let parts: Vec<Option<TriangleShare>> = (0..surface.triangles.len())
         .into_par_iter()
         .with_min_len(64)
         .map_init(Vec::new, |near, t| {
@@ -109,7 +109,7 @@ fn pieces([a, b, c]: [DVec3; 3], longest: f64) -> Vec<(DVec3, DVec3)> {
 
 /// The nodes around a position, weighted.
 #[derive(Debug, Clone, Copy)]
-struct Support {
+struct NodesAround {
     x: DVec3,
     radius: f64,
     /// Sum of the weights, mean and second moments of the offsets over the radius.
@@ -128,12 +128,12 @@ fn support(
     nodes: &[DVec3],
     tree: &Near,
     near: &mut Vec<u32>,
-) -> Option<Support> {
+) -> Option<NodesAround> {
     let mut radius = first;
-    let mut best: Option<Support> = None;
+    let mut best: Option<NodesAround> = None;
     for _ in 0..GROWTHS {
         tree.within_into(x, radius, near);
-        let here = Support::new(x, radius, nodes, near);
+        let here = NodesAround::new(x, radius, nodes, near);
         if here.spread >= LEAST_SPREAD {
             return Some(here);
         }
@@ -150,7 +150,7 @@ fn support(
     Some(best)
 }
 
-impl Support {
+impl NodesAround {
     fn new(x: DVec3, radius: f64, nodes: &[DVec3], near: &[u32]) -> Self {
         let mut support = Self {
             x,

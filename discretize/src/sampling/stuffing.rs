@@ -4,7 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::mesh::{Mesh, boundary_triangles, index};
-use crate::sampling::{Background, Edge, SampleError, Solid, Stencil};
+use crate::sampling::{BackgroundEdge, BackgroundMesh, SampleError, Solid, Stencil};
 
 /// Tetrahedra before renumbering: every node is used.
 #[derive(Debug, Default, Clone)]
@@ -31,14 +31,17 @@ impl Stuffed {
 }
 
 /// A position where an edge of the background passes the surface.
-struct Cut {
-    edge: Edge,
+struct EdgeCut {
+    edge: BackgroundEdge,
     at: DVec3,
     alive: bool,
 }
 
 /// Fills the body with tetrahedra of the background, cut along the surface.
-pub(crate) fn stuff(background: &dyn Background, solid: &Solid) -> Result<Stuffed, SampleError> {
+pub(crate) fn stuff(
+    background: &dyn BackgroundMesh,
+    solid: &Solid,
+) -> Result<Stuffed, SampleError> {
     let mut sign = background.signs(solid)?;
     check_bounds(background, solid, &sign)?;
     let mut stuffed = Stuffed {
@@ -109,7 +112,7 @@ pub(crate) fn stuff(background: &dyn Background, solid: &Solid) -> Result<Stuffe
 
 /// Refuses an implicit body that reaches beyond its bounds.
 fn check_bounds(
-    background: &dyn Background,
+    background: &dyn BackgroundMesh,
     solid: &Solid,
     sign: &[i8],
 ) -> Result<(), SampleError> {
@@ -127,7 +130,7 @@ fn check_bounds(
 }
 
 /// Position of a background point: where it was moved to, or where it always was.
-fn place_of(background: &dyn Background, moved: &[(u32, DVec3)], id: u32) -> DVec3 {
+fn place_of(background: &dyn BackgroundMesh, moved: &[(u32, DVec3)], id: u32) -> DVec3 {
     match moved.binary_search_by(|(v, _)| v.cmp(&id)) {
         Ok(found) => moved[found].1,
         Err(_) => background.position(id),
@@ -136,14 +139,14 @@ fn place_of(background: &dyn Background, moved: &[(u32, DVec3)], id: u32) -> DVe
 
 /// One cut for every edge with ends inside and outside, sorted by the ends' ids.
 fn find_cuts(
-    background: &dyn Background,
+    background: &dyn BackgroundMesh,
     solid: &Solid,
     sign: &[i8],
     parts_hit: &mut [bool],
-) -> Vec<Cut> {
+) -> Vec<EdgeCut> {
     let mut edges = background.crossed_edges(sign);
     edges.par_sort_unstable_by_key(|e| e.ends);
-    let found: Vec<(Cut, u32)> = edges
+    let found: Vec<(EdgeCut, u32)> = edges
         .into_par_iter()
         .map_init(Vec::new, |scratch, edge| {
             let [a, b] = edge.ends;
@@ -154,7 +157,7 @@ fn find_cuts(
                 scratch,
             );
             let alive = true;
-            (Cut { edge, at, alive }, part)
+            (EdgeCut { edge, at, alive }, part)
         })
         .collect();
     found
@@ -170,7 +173,11 @@ fn find_cuts(
 
 /// Moves background points that have a cut too near onto the nearest such cut, in the order of
 /// their ids; the cuts on all their edges die with it. Returns the moved points, sorted by id.
-fn warp(background: &dyn Background, cuts: &mut Vec<Cut>, sign: &mut [i8]) -> Vec<(u32, DVec3)> {
+fn warp(
+    background: &dyn BackgroundMesh,
+    cuts: &mut Vec<EdgeCut>,
+    sign: &mut [i8],
+) -> Vec<(u32, DVec3)> {
     let mut ends: Vec<(u32, u32)> = cuts
         .iter()
         .enumerate()

@@ -13,7 +13,7 @@ use crate::law::tensor::outer;
 pub(crate) struct Tables {
     /// What coordinates and multipliers are counted from: sums of them lose the fewer digits.
     origin: [DVec3; 2],
-    lanes: Lanes,
+    lanes: NodeReads,
     constants: Constants,
     /// `F_i` of the state last evaluated.
     pub(crate) deformation: Vec<Planes>,
@@ -21,7 +21,7 @@ pub(crate) struct Tables {
 
 /// What pairs read of nodes, with or without multipliers.
 #[derive(Debug, Clone)]
-enum Lanes {
+enum NodeReads {
     Plain(Read<4>),
     Corrected(Read<8>),
 }
@@ -182,9 +182,9 @@ impl Tables {
         let mut tables = Self {
             origin: frame.map_or_else(|| [middle(rest), middle(multipliers)], |frame| frame.origin),
             lanes: if is_corrected {
-                Lanes::Corrected(Read::new(count))
+                NodeReads::Corrected(Read::new(count))
             } else {
-                Lanes::Plain(Read::new(count))
+                NodeReads::Plain(Read::new(count))
             },
             constants: Constants {
                 matrices: vec![[zero; 9]; count],
@@ -198,8 +198,8 @@ impl Tables {
         for (node, x) in rest.iter().enumerate() {
             let place = *x - tables.origin[0];
             match &mut tables.lanes {
-                Lanes::Plain(read) => read.set_place(node, 0, place),
-                Lanes::Corrected(read) => read.set_place(node, 0, place),
+                NodeReads::Plain(read) => read.set_place(node, 0, place),
+                NodeReads::Corrected(read) => read.set_place(node, 0, place),
             }
             tables.set_multiplier(node, multipliers);
         }
@@ -213,11 +213,11 @@ impl Tables {
     }
 
     pub(crate) fn is_corrected(&self) -> bool {
-        matches!(self.lanes, Lanes::Corrected(_))
+        matches!(self.lanes, NodeReads::Corrected(_))
     }
 
     pub(crate) fn set_multiplier(&mut self, node: usize, multipliers: &[DVec3]) {
-        if let (Lanes::Corrected(read), Some(mu)) = (&mut self.lanes, multipliers.get(node)) {
+        if let (NodeReads::Corrected(read), Some(mu)) = (&mut self.lanes, multipliers.get(node)) {
             read.set_place(node, MULTIPLIER, *mu - self.origin[1]);
         }
     }
@@ -226,8 +226,8 @@ impl Tables {
     pub(crate) fn split(&mut self) -> Either<'_> {
         let (constants, deformation) = (&self.constants, &mut self.deformation[..]);
         match &mut self.lanes {
-            Lanes::Plain(read) => Either::Plain(read.table(constants, deformation)),
-            Lanes::Corrected(read) => Either::Corrected(read.table(constants, deformation)),
+            NodeReads::Plain(read) => Either::Plain(read.table(constants, deformation)),
+            NodeReads::Corrected(read) => Either::Corrected(read.table(constants, deformation)),
         }
     }
 
@@ -239,8 +239,8 @@ impl Tables {
     /// `X_i` and `μ_i` as stored.
     fn place(&self, node: usize) -> (DVec3, DVec3) {
         match &self.lanes {
-            Lanes::Plain(read) => (read.place(node, 0), DVec3::ZERO),
-            Lanes::Corrected(read) => (read.place(node, 0), read.place(node, MULTIPLIER)),
+            NodeReads::Plain(read) => (read.place(node, 0), DVec3::ZERO),
+            NodeReads::Corrected(read) => (read.place(node, 0), read.place(node, MULTIPLIER)),
         }
     }
 
@@ -340,8 +340,8 @@ impl Tables {
     pub(crate) fn bytes(&self) -> usize {
         let constants = &self.constants;
         let read = match &self.lanes {
-            Lanes::Plain(read) => read.bytes(),
-            Lanes::Corrected(read) => read.bytes(),
+            NodeReads::Plain(read) => read.bytes(),
+            NodeReads::Corrected(read) => read.bytes(),
         };
         read + bytes_of(&constants.matrices)
             + bytes_of(&constants.inverses)

@@ -65,7 +65,7 @@ pub(crate) use choose_arithmetic;
 
 /// Sums of pass one over a node's pairs: `sum_j w_ij u_ij ⊗ (X_ij, 1, μ_ij, 0)` in three rows, then
 /// `sum_j w_ij (X_ij, 1, μ_ij, 0)`. Without multipliers the lanes end after the one.
-pub(crate) type Sums<const L: usize> = [[f64; L]; 4];
+pub(crate) type PairSums<const L: usize> = [[f64; L]; 4];
 
 /// Lane of the one.
 pub(crate) const ONE: usize = 3;
@@ -77,7 +77,7 @@ pub(crate) fn sums<A: Arithmetic, const L: usize>(
     row: &[Pair],
     anchors: &[Sixteen<[f64; L]>],
     moves: &[Move],
-) -> Sums<L> {
+) -> PairSums<L> {
     let own = at(anchors, node);
     let mut here = *own;
     here[ONE] = 0.0;
@@ -126,7 +126,7 @@ fn add_pair<A: Arithmetic, const L: usize>(
     here: &[f64; L],
     anchors: &[Sixteen<[f64; L]>],
     moves: &[Move],
-    sum: &mut Sums<L>,
+    sum: &mut PairSums<L>,
 ) {
     let j = pair.to as usize;
     let (there, u) = (at(anchors, j), &moves[j]);

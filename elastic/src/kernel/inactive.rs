@@ -8,10 +8,10 @@ use crate::kernel::worst::Watch;
 
 /// What is left to compute for each node; empty where nothing is held.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Inactive(Vec<Rest>);
+pub(crate) struct Inactive(Vec<Resting>);
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Rest {
+enum Resting {
     /// It or a neighbour may move.
     Moving,
     /// Neither it nor a neighbour moves: no strain.
@@ -26,25 +26,25 @@ impl Inactive {
             return Self::default();
         }
         let node_count = pairs.node_count();
-        let mut still = vec![Rest::Moving; node_count];
+        let mut still = vec![Resting::Moving; node_count];
         for &node in held {
-            still[node as usize] = Rest::Unstrained;
+            still[node as usize] = Resting::Unstrained;
         }
         // Twice inwards from what moves: once along rows, once against them.
-        let inner = |seen: &[Rest], node: usize, others: &[Pair]| {
-            let is_still = |node: usize| seen[node] > Rest::Moving;
+        let inner = |seen: &[Resting], node: usize, others: &[Pair]| {
+            let is_still = |node: usize| seen[node] > Resting::Moving;
             is_still(node) && others.iter().all(|pair| is_still(pair.to as usize))
         };
-        let unstrained: Vec<Rest> = (0..node_count)
+        let unstrained: Vec<Resting> = (0..node_count)
             .map(|node| match inner(&still, node, pairs.row(node)) {
-                true => Rest::Unstrained,
-                false => Rest::Moving,
+                true => Resting::Unstrained,
+                false => Resting::Moving,
             })
             .collect();
         for (node, rest) in still.iter_mut().enumerate() {
             let inner = inner(&unstrained, node, pairs.incoming(node));
             *rest = if inner {
-                Rest::Unloaded
+                Resting::Unloaded
             } else {
                 unstrained[node]
             };
@@ -54,18 +54,20 @@ impl Inactive {
 
     #[inline(always)]
     pub(crate) fn is_unstrained(&self, node: usize) -> bool {
-        self.0.get(node).is_some_and(|rest| *rest > Rest::Moving)
+        self.0.get(node).is_some_and(|rest| *rest > Resting::Moving)
     }
 
     /// Whether all nodes of a range are unstrained.
     pub(crate) fn are_unstrained(&self, nodes: Range<usize>) -> bool {
         let rests = self.0.get(nodes);
-        rests.is_some_and(|rests| rests.iter().all(|rest| *rest > Rest::Moving))
+        rests.is_some_and(|rests| rests.iter().all(|rest| *rest > Resting::Moving))
     }
 
     #[inline(always)]
     pub(crate) fn is_unloaded(&self, node: usize) -> bool {
-        self.0.get(node).is_some_and(|rest| *rest == Rest::Unloaded)
+        self.0
+            .get(node)
+            .is_some_and(|rest| *rest == Resting::Unloaded)
     }
 
     pub(crate) fn bytes(&self) -> usize {

@@ -14,7 +14,7 @@
 use glam::DMat3;
 
 use crate::kernel::fixed::{BlockConstants, Fixed};
-use crate::kernel::gather::{ONE, Record, Sums, sums};
+use crate::kernel::gather::{ONE, PairSums, Record, sums};
 use crate::kernel::nodes::Model;
 use crate::kernel::planes::{ZERO, add, product, subtract, weave};
 use crate::kernel::prestrain::Prestrain;
@@ -140,7 +140,13 @@ impl<const L: usize> Block<L> {
 
     /// Takes a node's sums, coordinates and displacement into a lane.
     #[inline(always)]
-    pub(crate) fn take(&mut self, lane: usize, sums: &Sums<L>, anchor: &[f64; L], moved: &Move) {
+    pub(crate) fn take(
+        &mut self,
+        lane: usize,
+        sums: &PairSums<L>,
+        anchor: &[f64; L],
+        moved: &Move,
+    ) {
         // No more numbers than a node has: what is not read is not moved.
         for r in 0..4 {
             for k in 0..L {
@@ -445,7 +451,7 @@ pub(crate) fn gather<A: Arithmetic, const L: usize>(
     block: &mut Block<L>,
 ) {
     // Mean pressures reach nodes without strain, whose own row then counts.
-    let found: Sums<L> = if model.inactive.is_unstrained(node) && model.means.is_none() {
+    let found: PairSums<L> = if model.inactive.is_unstrained(node) && model.means.is_none() {
         [[0.0; L]; 4]
     } else {
         let row = model.pairs.row(node);

@@ -218,7 +218,7 @@ impl<const L: usize> Work<'_, L> {
                 block.set_matrix(lane, h, stress);
                 sum += energy;
             }
-            self.model.arch.dispatch(Finish {
+            self.model.arch.dispatch(FinishRecords {
                 work: self,
                 first,
                 block: &mut block,
@@ -260,16 +260,16 @@ impl<const L: usize> Gather<'_, L> {
 }
 
 /// Records of a block from its stresses.
-struct Finish<'a, const L: usize> {
+struct FinishRecords<'a, const L: usize> {
     work: &'a Work<'a, L>,
     first: usize,
     block: &'a mut Block<L>,
     records: &'a mut Sixteen<Record<L>>,
 }
 
-choose_arithmetic!(Finish);
+choose_arithmetic!(FinishRecords);
 
-impl<const L: usize> Finish<'_, L> {
+impl<const L: usize> FinishRecords<'_, L> {
     #[inline(always)]
     fn run<A: Arithmetic>(self) {
         let constants = self.work.table.constants(self.first / BLOCK);

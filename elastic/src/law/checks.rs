@@ -21,9 +21,9 @@ pub struct BadSetting {
 
 /// What was found so far.
 #[derive(Default)]
-pub(crate) struct Checks(pub(crate) Vec<BadSetting>);
+pub(crate) struct SettingChecks(pub(crate) Vec<BadSetting>);
 
-impl Checks {
+impl SettingChecks {
     /// Field, value, whether it is as it must be, and what that is.
     pub(crate) fn require(
         &mut self,

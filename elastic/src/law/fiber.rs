@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::law::checks::Checks;
+use crate::law::checks::SettingChecks;
 use crate::law::tensor::{double_dot, outer};
 
 /// Exponent `k2 E²` beyond which the energy continues as its second-order expansion in `E`:
@@ -50,7 +50,7 @@ impl Fiber {
 
 impl Fiber {
     /// Checks the fields as those of `fiber` in settings.
-    pub(crate) fn check(&self, checks: &mut Checks) {
+    pub(crate) fn check(&self, checks: &mut SettingChecks) {
         checks.direction("fiber.direction", self.direction);
         checks.not_negative("fiber.stiffness", self.stiffness, " (Pa)");
         checks.positive("fiber.exponent", self.exponent, "");

@@ -1,7 +1,7 @@
 //! A material as settings say it: moduli and model, and tissues with published properties.
 
 use crate::input::Dilatation;
-use crate::law::checks::{BadSetting, Checks};
+use crate::law::checks::{BadSetting, SettingChecks};
 use crate::law::fiber::Fiber;
 use crate::law::material::Material;
 use crate::law::prony::{MAX_PRONY_TERMS, PronyTerm};
@@ -77,7 +77,7 @@ impl MaterialSettings {
     /// The fields that are out of their bounds; none in valid settings.
     #[must_use]
     pub fn check(&self) -> Vec<BadSetting> {
-        let mut checks = Checks::default();
+        let mut checks = SettingChecks::default();
         let hint = " (Pa), such as 5e3 for liver";
         checks.positive("youngs_modulus", self.youngs_modulus, hint);
         let hint = " (kg/m^3), such as 1060 for soft tissue";

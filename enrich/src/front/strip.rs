@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::step::{Met, Step, Surroundings};
-use super::{Anchor, EdgePlace, Front, LOOK, OVERSHOOT, Patch, SKIN, Sample};
+use super::{Anchor, EdgePlace, EdgeSample, Front, LOOK, OVERSHOOT, Patch, SKIN};
 use crate::cuts::Cuts;
 use crate::error::CutError;
 use crate::index32;
@@ -241,7 +241,7 @@ impl Front {
 
     /// Takes new fronts over.
     fn settle(&mut self, steps: &[Step], fronts: &[Vec<Vertex>]) {
-        let leave = |sample: &mut Sample| {
+        let leave = |sample: &mut EdgeSample| {
             sample.joined = false;
             sample.anchor.take()
         };

@@ -84,7 +84,7 @@ fn check_defining_equation(contact: &mut Contact, shape: &RigidShape, pose: &Pos
     let mut supports = BoundaryConditions::free(9);
     supports.fix(0);
     supports.slide(4, DVec3::new(1.0, 1.0, 0.0));
-    let nodes = crate::nodes::Nodes::new(&masses, supports);
+    let nodes = crate::nodes::NodeConstants::new(&masses, supports);
     let step = 0.05;
     let view = StepView {
         time: 0.0,

@@ -18,7 +18,7 @@ const LEAST_INERTIA: f64 = 1e-6;
 
 /// Samples of a body near each other at rest, each of which has a node in common with another.
 #[derive(Debug, Clone)]
-struct Block {
+struct SampleBlock {
     body: u32,
     samples: Range<usize>,
     nodes: Range<usize>,
@@ -63,7 +63,7 @@ pub(super) struct Room {
 
 #[derive(Debug, Clone, Default)]
 pub(super) struct Blocks {
-    blocks: Vec<Block>,
+    blocks: Vec<SampleBlock>,
     /// As all pairs were listed, and as those of restless blocks were.
     listed: [Vec<Listed>; 2],
     /// Of one block after the other.
@@ -118,7 +118,7 @@ impl Blocks {
             }
             let block = all.samples[first..].iter().map(|sample| *sample as usize);
             let most = |of: &dyn Fn(usize) -> f64| block.clone().map(of).fold(0.0, f64::max);
-            all.blocks.push(Block {
+            all.blocks.push(SampleBlock {
                 body: disks.samples[seed].body,
                 is_restless: false,
                 amplification: most(&|sample| disks.amplification(sample)),
@@ -149,7 +149,7 @@ impl Blocks {
         (places, reaches): (&[DVec3], &[f64]),
         positions: &[DVec3],
     ) {
-        let list = |block: &Block| {
+        let list = |block: &SampleBlock| {
             let all = || self.samples(block);
             let most = |of: &dyn Fn(usize) -> f64| all().map(of).fold(0.0, f64::max);
             let middle = all().map(|s| places[s]).sum::<DVec3>() / block.samples.len() as f64;
@@ -184,7 +184,7 @@ impl Blocks {
         }
     }
 
-    fn samples(&self, block: &Block) -> impl Iterator<Item = usize> + use<'_> {
+    fn samples(&self, block: &SampleBlock) -> impl Iterator<Item = usize> + use<'_> {
         let samples = &self.samples[block.samples.clone()];
         samples.iter().map(|sample| *sample as usize)
     }
@@ -200,8 +200,9 @@ impl Blocks {
         closest: Option<&[(f64, [usize; 2])]>,
     ) -> (Room, Vec<usize>) {
         // Of restless blocks all pairs were listed again.
-        let asks =
-            |which: usize, block: &Block| closest.is_none() && (which == 1 || !block.is_restless);
+        let asks = |which: usize, block: &SampleBlock| {
+            closest.is_none() && (which == 1 || !block.is_restless)
+        };
         let mut moves = [0, 1].map(|which| -> Vec<bool> {
             let listed = self.blocks.iter().zip(&self.listed[which]);
             listed.map(|(block, _)| asks(which, block)).collect()
@@ -261,7 +262,7 @@ impl Blocks {
     fn pairs_within(&self, motions: &[Vec<Motion>; 2], far: f64, most: f64) -> Vec<[usize; 2]> {
         let spheres = [0, 1].map(|which| -> Vec<(DVec3, f64)> {
             let all = (self.blocks.iter().zip(&self.listed[which])).zip(&motions[which]);
-            let sphere = |((block, at), own): ((&Block, &Listed), &Motion)| {
+            let sphere = |((block, at), own): ((&SampleBlock, &Listed), &Motion)| {
                 let span = own.way + at.radius + at.thickness + at.reach;
                 (at.middle, span + 0.5 * far + block.amplification * most)
             };
@@ -352,7 +353,7 @@ impl Blocks {
 
     fn motion(
         &self,
-        (block, at): (&Block, &Listed),
+        (block, at): (&SampleBlock, &Listed),
         (disks, from): (&ContactDisks, &[DVec3]),
         positions: &[DVec3],
         margin: f64,

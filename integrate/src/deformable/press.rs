@@ -34,7 +34,7 @@ pub(super) struct Touch {
 }
 
 #[derive(Default)]
-pub(super) struct Chunk {
+pub(super) struct ChunkForces {
     pub(super) touches: Vec<Touch>,
     pub(super) points: Vec<Pressed>,
     pub(super) drags: Vec<Drag>,
@@ -54,7 +54,7 @@ pub(super) struct Pressed {
 }
 
 /// A pair in reach.
-pub(super) struct Pair {
+pub(super) struct PairInReach {
     pub(super) slot: u32,
     pub(super) stiffness: f64,
     pub(super) xi: [f64; 2],
@@ -84,7 +84,7 @@ struct ByWeight {
     spread: [f64; 2],
 }
 
-impl Pair {
+impl PairInReach {
     /// Those of `per_weight` (J) on a disk that reaches so far (m).
     fn by_weight(&self, per_weight: f64, reach: f64) -> ByWeight {
         let (whole, spread) = self.whole;
@@ -140,7 +140,7 @@ struct Rubbing {
 }
 
 impl Rubbing {
-    fn of(pairs: &[Pair]) -> Self {
+    fn of(pairs: &[PairInReach]) -> Self {
         let most = pairs.iter().map(|pair| pair.friction).fold(0.0, f64::max);
         let mut all = Self { most, sum: 0.0 };
         let weights = pairs.iter().map(|pair| all.weight(pair) * pair.phi);
@@ -149,17 +149,17 @@ impl Rubbing {
     }
 
     /// Coefficient over the largest.
-    fn weight(self, pair: &Pair) -> f64 {
+    fn weight(self, pair: &PairInReach) -> f64 {
         pair.friction / self.most.max(f64::MIN_POSITIVE)
     }
 
-    fn share(self, pair: &Pair) -> f64 {
+    fn share(self, pair: &PairInReach) -> f64 {
         self.weight(pair) * pair.phi / self.sum
     }
 }
 
 /// What weights of pairs are divided by.
-pub(super) fn norm(pairs: &[Pair]) -> f64 {
+pub(super) fn norm(pairs: &[PairInReach]) -> f64 {
     pairs.iter().map(|pair| pair.phi).sum::<f64>().max(LEAST)
 }
 
@@ -176,7 +176,7 @@ impl DeformableContact {
         list: &[u32],
         placed: &[Placed],
         near: f64,
-        pairs: &mut Vec<Pair>,
+        pairs: &mut Vec<PairInReach>,
     ) {
         pairs.clear();
         let p = &placed[point as usize];
@@ -214,7 +214,7 @@ impl DeformableContact {
                 } else {
                     0.0
                 };
-                pairs.push(Pair {
+                pairs.push(PairInReach {
                     slot,
                     stiffness,
                     xi,
@@ -232,7 +232,11 @@ impl DeformableContact {
     }
 
     /// What the pairs of each listed point are where samples are.
-    pub(super) fn each_point(&self, placed: &[Placed], mut visit: impl FnMut(usize, &[Pair])) {
+    pub(super) fn each_point(
+        &self,
+        placed: &[Placed],
+        mut visit: impl FnMut(usize, &[PairInReach]),
+    ) {
         let mut pairs = Vec::new();
         for (slot, range) in &self.points {
             self.find_pairs(*slot, self.listed(range), placed, NEAR, &mut pairs);
@@ -249,7 +253,7 @@ impl DeformableContact {
 
     /// Energy (J) and normal force (N) of the springs of a point with an offset (m). Half, as the other side has points,
     /// too.
-    pub(super) fn springs(&self, point: usize, pairs: &[Pair], offset: f64) -> [f64; 2] {
+    pub(super) fn springs(&self, point: usize, pairs: &[PairInReach], offset: f64) -> [f64; 2] {
         self.weighted_springs(point, pairs, offset, |_| 1.0)
     }
 
@@ -257,9 +261,9 @@ impl DeformableContact {
     fn weighted_springs(
         &self,
         point: usize,
-        pairs: &[Pair],
+        pairs: &[PairInReach],
         offset: f64,
-        weight: impl Fn(&Pair) -> f64,
+        weight: impl Fn(&PairInReach) -> f64,
     ) -> [f64; 2] {
         let half = 0.5 * self.disks.samples[point].area / norm(pairs);
         pairs.iter().fold([0.0; 2], |[energy, force], pair| {
@@ -276,10 +280,10 @@ impl DeformableContact {
     pub(super) fn press(
         &self,
         slot: u32,
-        pairs: &[Pair],
+        pairs: &[PairInReach],
         (placed, motions): (&[Placed], &[(DVec3, [DVec3; 2])]),
         (moved, rigid): (&Moved<'_>, &RigidMotions),
-        chunk: &mut Chunk,
+        chunk: &mut ChunkForces,
     ) {
         let point = self.near[slot as usize];
         let at = &self.disks.samples[point as usize];
@@ -296,7 +300,7 @@ impl DeformableContact {
             return;
         }
         // Half: the other side has points, too.
-        let spring = |pair: &Pair| 0.5 * at.area * pair.stiffness;
+        let spring = |pair: &PairInReach| 0.5 * at.area * pair.stiffness;
         let sum: f64 = pairs.iter().map(|pair| pair.phi).sum();
         let norm = norm(pairs);
         let [mean, normal] = self.springs(point as usize, pairs, offset);
@@ -394,10 +398,10 @@ impl DeformableContact {
         &self,
         pressed: &Pressed,
         (n, normal, held): (DVec3, f64, f64),
-        pairs: &[Pair],
+        pairs: &[PairInReach],
         (placed, motions): (&[Placed], &[(DVec3, [DVec3; 2])]),
         (moved, rigid): (&Moved<'_>, &RigidMotions),
-        chunk: &mut Chunk,
+        chunk: &mut ChunkForces,
     ) {
         let Some(nearest) = pairs.iter().max_by(|a, b| a.phi.total_cmp(&b.phi)) else {
             return;
@@ -434,13 +438,13 @@ impl DeformableContact {
         &self,
         pressed: &mut Pressed,
         (normal, stiffness, offset): (f64, f64, f64),
-        (pairs, rubbing): (&[Pair], Rubbing),
+        (pairs, rubbing): (&[PairInReach], Rubbing),
         (placed, motions): (&[Placed], &[(DVec3, [DVec3; 2])]),
     ) -> (DVec3, f64) {
         if rubbing.most == 0.0 || normal <= 0.0 {
             return (DVec3::ZERO, 0.0);
         }
-        let weight = |pair: &Pair| rubbing.weight(pair);
+        let weight = |pair: &PairInReach| rubbing.weight(pair);
         let [_, rubbed] = self.weighted_springs(pressed.point as usize, pairs, offset, weight);
         let (p, (moves, _)) = (
             &placed[pressed.slot as usize],

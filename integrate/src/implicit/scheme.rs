@@ -5,7 +5,7 @@ use glam::{DMat3, DVec3};
 
 /// A force law as a scheme takes it, by positions at the end: as it is, or with forces at the middle, which
 /// are the gradient of twice the energy there.
-pub(super) struct Scheme<'a> {
+pub(super) struct SchemeLaw<'a> {
     pub(super) law: &'a mut dyn ForceLaw,
     pub(super) start: Option<&'a [DVec3]>,
     pub(super) middle: Vec<DVec3>,
@@ -13,7 +13,7 @@ pub(super) struct Scheme<'a> {
     pub(super) forces: Vec<DVec3>,
 }
 
-impl ForceLaw for Scheme<'_> {
+impl ForceLaw for SchemeLaw<'_> {
     fn forces_into(&mut self, positions: &[DVec3], forces: &mut [DVec3]) -> f64 {
         let Some(start) = self.start else {
             return self.law.forces_into(positions, forces);

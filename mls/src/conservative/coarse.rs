@@ -20,7 +20,7 @@ use self::bending::bending_stencils;
 use self::dense::{Factor, Triangle};
 use self::grid::Grid;
 use self::level::Level;
-use self::placement::Placement;
+use self::placement::GridPlacement;
 use super::operator::Operator;
 
 /// Width of a cell of the finest grid in mean node spacings, at the least. Narrower cells save
@@ -38,7 +38,7 @@ const LARGEST_FACTOR: usize = 400;
 
 /// Grids of splines over a cloud and the factored matrix of the coarsest.
 pub(super) struct CoarseSpace {
-    placement: Placement,
+    placement: GridPlacement,
     /// From the finest on.
     levels: Vec<Level>,
     factor: Factor,
@@ -106,7 +106,7 @@ impl CoarseSpace {
 }
 
 /// The finest grid, with the nodes in it.
-fn finest(operator: &Operator<'_>, takes_part: &[bool]) -> Option<Placement> {
+fn finest(operator: &Operator<'_>, takes_part: &[bool]) -> Option<GridPlacement> {
     let positions = operator.positions;
     let low = positions.iter().copied().reduce(DVec3::min)?;
     let high = positions.iter().copied().reduce(DVec3::max)?;
@@ -119,7 +119,7 @@ fn finest(operator: &Operator<'_>, takes_part: &[bool]) -> Option<Placement> {
         }
         if cells.x.max(1.0) * cells.y.max(1.0) * cells.z.max(1.0) <= most {
             let grid = Grid::new(low, high, cell);
-            return Some(Placement::new(grid, positions, |node| takes_part[node]));
+            return Some(GridPlacement::new(grid, positions, |node| takes_part[node]));
         }
         cell *= 1.2;
     }

@@ -151,7 +151,7 @@ impl MapFrame<'_> {
     /// reaches over pairs that are not severed, through nodes near the point. Ascending.
     pub(super) fn connected(&self, material: DVec3, slack: f64, start: u32) -> Vec<u32> {
         let map = self.map;
-        let mut marks = Marks::new(map.rest_positions.len());
+        let mut marks = NodeMarks::new(map.rest_positions.len());
         let mut missing = 0;
         for node in map.runs.near(material, map.reach + slack).flatten() {
             let radius = map.support_radii[node] + slack;
@@ -298,13 +298,13 @@ const WANTED: u8 = 1;
 const TRIED: u8 = 2;
 
 /// Marks of nodes, few of which are used.
-struct Marks {
+struct NodeMarks {
     /// Where those of each run of nodes begin; `u32::MAX` while none is used.
     first: Vec<u32>,
     marks: Vec<u8>,
 }
 
-impl Marks {
+impl NodeMarks {
     /// Nodes in a run.
     const RUN: usize = 64;
 

@@ -12,7 +12,7 @@ const LENGTH: usize = 6;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) enum Command {
     /// A package for each rank follows.
-    Model,
+    RankModel,
     /// A change of its model for each rank follows; whether rows changed on any.
     Change(bool),
     /// A state for each rank follows; of each, as many viscous forces as nodes or none.
@@ -76,7 +76,7 @@ mod tests {
         };
         // Those that say something, and the first and last.
         let all = [
-            Command::Model,
+            Command::RankModel,
             Command::Step(pass),
             Command::Watched(pass),
             Command::Decay(0.75),

@@ -45,7 +45,7 @@ pub(crate) struct Package {
 
 /// What a rank builds its nodes' motion and model from.
 #[derive(Debug, Serialize, Deserialize)]
-pub(crate) struct Model {
+pub(crate) struct RankModel {
     volumes: Vec<f64>,
     masses: Vec<f64>,
     offsets: Vec<u32>,
@@ -146,7 +146,7 @@ impl<'a> Models<'a> {
     }
 
     /// The model of a rank's nodes.
-    pub(crate) fn of(&self, locals: &Locals) -> Model {
+    pub(crate) fn of(&self, locals: &Locals) -> RankModel {
         let body = self.body;
         let view = elastic_stencils(&body.stencils, &body.neighborhoods);
         let state = body.elastic().state();
@@ -161,7 +161,7 @@ impl<'a> Models<'a> {
         }
         let supports = body.motion().supports();
         let held = supports.fixed_nodes().into_iter();
-        Model {
+        RankModel {
             volumes: locals.pick(body.elastic().volumes(), 1.0),
             masses: locals.pick(&body.masses, 1.0),
             offsets,
@@ -184,7 +184,7 @@ impl<'a> Models<'a> {
     }
 }
 
-impl Model {
+impl RankModel {
     /// The model of the rank's nodes.
     pub(crate) fn elastic(&self, package: &Package) -> Result<Elastic, BodyProblem> {
         let mut elastic = Elastic::new(

@@ -8,7 +8,7 @@ use phyxel::BodyProblem;
 use phyxel_elastic::{Elastic, WATCHED_NODES};
 use phyxel_integrate::{Motion, Pass, State};
 
-use crate::package::{Change, Model, Package};
+use crate::package::{Change, Package, RankModel};
 use crate::wire::{Wire, flat, vectors};
 
 /// A rank's nodes: their motion, and the model with what lies around them.
@@ -34,7 +34,7 @@ pub(crate) struct Share {
 }
 
 impl Share {
-    pub(crate) fn new(package: Package, model: &Model) -> Result<Self, BodyProblem> {
+    pub(crate) fn new(package: Package, model: &RankModel) -> Result<Self, BodyProblem> {
         let (motion, elastic) = (model.motion(&package)?, model.elastic(&package)?);
         let n = package.rest.len();
         let own = package.first..package.first + package.count;

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::command::Command;
 use crate::memory::{Memory, moving};
-use crate::package::{Change, Model, Package};
+use crate::package::{Change, Package, RankModel};
 use crate::share::Share;
 use crate::vtu::write_piece;
 use crate::wire::{
@@ -72,9 +72,9 @@ pub(crate) fn serve() -> Result<(), WorkerError> {
     loop {
         let command = Command::take();
         match command {
-            Command::Model => {
+            Command::RankModel => {
                 drop(share.take());
-                let (package, model): (Package, Model) = postcard::from_bytes(&receive(FRONT))?;
+                let (package, model): (Package, RankModel) = postcard::from_bytes(&receive(FRONT))?;
                 let built = Share::new(package, &model);
                 all_fine(built.is_ok());
                 share = Some(built?);
@@ -158,7 +158,7 @@ fn obey(
     wire: &mut Wire,
 ) -> Result<(), WorkerError> {
     match command {
-        Command::Model | Command::End => {}
+        Command::RankModel | Command::End => {}
         Command::State => set_state(share, wire)?,
         Command::Change(rows) => change(share, rows, wire)?,
         Command::Step(pass) => {

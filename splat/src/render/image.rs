@@ -8,11 +8,11 @@ use std::io::{BufRead, Seek};
 /// An image to be laid on surfaces: linear colours, at full size and halved again and again.
 #[derive(Clone, PartialEq)]
 pub struct Image {
-    levels: Vec<Level>,
+    levels: Vec<ImageLevel>,
 }
 
 #[derive(Clone, PartialEq)]
-struct Level {
+struct ImageLevel {
     width: usize,
     height: usize,
     /// Row-major from the top.
@@ -58,12 +58,12 @@ impl Image {
     }
 
     fn of(width: usize, height: usize, texels: Vec<Vec3>) -> Self {
-        let mut levels = vec![Level {
+        let mut levels = vec![ImageLevel {
             width,
             height,
             texels,
         }];
-        while let Some(half) = levels.last().and_then(Level::halved) {
+        while let Some(half) = levels.last().and_then(ImageLevel::halved) {
             levels.push(half);
         }
         Self { levels }
@@ -89,7 +89,7 @@ impl Image {
     }
 }
 
-impl Level {
+impl ImageLevel {
     /// Half the size, an odd last row or column joined with its neighbours; `None` for a single
     /// texel.
     fn halved(&self) -> Option<Self> {

@@ -26,7 +26,7 @@ const RAMP: [f32; TILE] = {
 };
 
 /// Weighted sums of one sample: normal and weight, colour and specular, texture point and relief.
-pub(crate) type Sums = [Vec4; 3];
+pub(crate) type SampleSums = [Vec4; 3];
 
 /// One tile in the making, in runs of samples.
 #[derive(Debug)]
@@ -35,7 +35,7 @@ pub(crate) struct TileBuffers {
     near: Vec<[f32; LANES]>,
     /// Nearness that splats must reach to blend; infinite where a triangle is seen.
     limit: Vec<[f32; LANES]>,
-    sums: Vec<[Sums; LANES]>,
+    sums: Vec<[SampleSums; LANES]>,
     /// Weighted sum of the highlights' exponents.
     gloss: Vec<[f32; LANES]>,
     /// Triangle seen, plus 1; 0: none.
@@ -65,7 +65,7 @@ impl TileBuffers {
         self.near.as_flattened()
     }
 
-    pub(crate) fn sums(&self) -> &[Sums] {
+    pub(crate) fn sums(&self) -> &[SampleSums] {
         self.sums.as_flattened()
     }
 
@@ -105,7 +105,7 @@ fn blend(
     patch: Option<&(ImagePatch<'_>, f32)>,
     at: [f32; 2],
     weight: f32,
-    sums: &mut Sums,
+    sums: &mut SampleSums,
 ) {
     let [s, t] = at;
     let contribution = &appearance.contribution;

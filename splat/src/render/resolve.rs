@@ -3,7 +3,7 @@
 use crate::cast::{index, single};
 use crate::render::{
     Appearance, Camera, DrawMode, DrawnMesh, LANES, Lens, Lights, Point, Points, Projected,
-    RenderSettings, Sums, TILE, TileBuffers, Transfer, relief, sqrt, tone, tones,
+    RenderSettings, SampleSums, TILE, TileBuffers, Transfer, relief, sqrt, tone, tones,
 };
 use glam::{Mat4, Vec3, Vec4};
 
@@ -38,7 +38,7 @@ pub(crate) struct Shader<'a> {
 /// Sums that wait to be lit, up to one for each lane.
 struct Queue {
     len: usize,
-    sums: [Sums; LANES],
+    sums: [SampleSums; LANES],
     gloss: [f32; LANES],
     view: [Vec3; LANES],
     /// Pixel of the tile, and how much of it.
@@ -146,7 +146,7 @@ impl Shader<'_> {
         let (index, view) = (pixel.index, pixel.view);
         let part = 1.0 / single(f64::from(self.settings.samples.pow(2)));
         let (mut splatted, mut alike) = (0.0, true);
-        let mut mean: Sums = [Vec4::ZERO; 3];
+        let mut mean: SampleSums = [Vec4::ZERO; 3];
         let (mut mean_gloss, mut seen) = (0.0, (0, Vec3::ZERO));
         for k in pixel.samples.clone() {
             match self.unlit(buffers, k, pixel.background, view, &mut seen) {
@@ -228,7 +228,7 @@ impl Shader<'_> {
     fn push(
         &self,
         queue: &mut Queue,
-        sums: &Sums,
+        sums: &SampleSums,
         gloss: f32,
         view: Vec3,
         target: (usize, f32),

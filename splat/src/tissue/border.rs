@@ -9,14 +9,14 @@ use std::collections::HashMap;
 
 /// An edge by the bits of its ends, the lower first: neighbouring triangles of a growing cut share
 /// their corners exactly.
-type Key = [[u64; 3]; 2];
+type EdgeKey = [[u64; 3]; 2];
 
 /// A free edge in the tree: its triangle and that triangle's third corner.
-type Node = GeomWithData<Line<[f64; 3]>, (u32, [f64; 3])>;
+type FreeEdgeNode = GeomWithData<Line<[f64; 3]>, (u32, [f64; 3])>;
 
 /// How many triangles have an edge; the first of them, and the corner at which the edge begins there.
 #[derive(Debug, Clone, Copy)]
-struct Edge {
+struct TriangleEdge {
     triangles: u32,
     first: u32,
     corner: u8,
@@ -26,8 +26,8 @@ struct Edge {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Borders {
     /// Per edge the triangles that have it.
-    edges: HashMap<Key, Edge>,
-    free: RTree<Node>,
+    edges: HashMap<EdgeKey, TriangleEdge>,
+    free: RTree<FreeEdgeNode>,
     pub(super) triangles: Vec<[DVec3; 3]>,
     /// Boxes of the triangles, with their numbers.
     boxes: RTree<GeomWithData<Rectangle<[f64; 3]>, u32>>,
@@ -56,7 +56,7 @@ impl Borders {
     /// Takes in triangles; returns the ends of edges that were free and are not, or the other way
     /// round.
     pub(crate) fn extend(&mut self, triangles: &[[DVec3; 3]]) -> Vec<[DVec3; 2]> {
-        let mut met: Vec<(Key, bool)> = Vec::new();
+        let mut met: Vec<(EdgeKey, bool)> = Vec::new();
         for corners in triangles {
             let triangle = count(self.joined.len());
             self.joined.push(triangle);
@@ -79,7 +79,7 @@ impl Borders {
                     self.join(triangle, edge.first);
                 } else {
                     self.free.insert(self.node(triangle, k));
-                    let edge = Edge {
+                    let edge = TriangleEdge {
                         triangles: 1,
                         first: triangle,
                         corner: k,
@@ -97,15 +97,15 @@ impl Borders {
             .collect()
     }
 
-    fn is_free(&self, key: &Key) -> bool {
+    fn is_free(&self, key: &EdgeKey) -> bool {
         self.edges.get(key).is_some_and(|edge| edge.triangles == 1)
     }
 
     /// The edge that begins at a corner of a triangle, as the tree of free edges has it.
-    fn node(&self, triangle: u32, corner: u8) -> Node {
+    fn node(&self, triangle: u32, corner: u8) -> FreeEdgeNode {
         let [a, b, c] = corners_from(&self.triangles[index(triangle)], corner);
         let line = Line::new(a.to_array(), b.to_array());
-        Node::new(line, (triangle, c.to_array()))
+        FreeEdgeNode::new(line, (triangle, c.to_array()))
     }
 
     /// Heap bytes.
@@ -153,12 +153,12 @@ fn corners_from(corners: &[DVec3; 3], first: u8) -> [DVec3; 3] {
     [corners[k], corners[(k + 1) % 3], corners[(k + 2) % 3]]
 }
 
-fn node_key(node: &Node) -> Key {
+fn node_key(node: &FreeEdgeNode) -> EdgeKey {
     let [a, b] = [node.geom().from, node.geom().to].map(DVec3::from_array);
     key(a, b)
 }
 
-fn key(a: DVec3, b: DVec3) -> Key {
+fn key(a: DVec3, b: DVec3) -> EdgeKey {
     // Adding zero makes -0 and 0 one.
     let bits = |p: DVec3| p.to_array().map(|x| (x + 0.0).to_bits());
     let (a, b) = (bits(a), bits(b));

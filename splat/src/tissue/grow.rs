@@ -4,7 +4,7 @@ use super::{CutChange, InsideTest, Tissue};
 use crate::cast::{count, index};
 use crate::render::{Clip, Surfel};
 use crate::tissue::rim;
-use crate::tissue::{PARENCHYMA, Sample, sheet_radius};
+use crate::tissue::{PARENCHYMA, SkinSample, sheet_radius};
 use glam::DVec3;
 use rayon::prelude::*;
 use rstar::primitives::GeomWithData;
@@ -64,14 +64,14 @@ impl Tissue {
     /// Disks on both sides of samples of a cut, as far as they show, with their clips and triangles.
     fn skin_on(
         &self,
-        samples: &[Sample],
+        samples: &[SkinSample],
         inside: &(dyn Fn(DVec3) -> bool + Sync),
     ) -> Vec<(Surfel, Clip, u32)> {
         let inside = |x: DVec3| match self.settings.inside {
             InsideTest::Shape => inside(x),
             InsideTest::TwoNearest => self.is_behind_surfels(x),
         };
-        let side = |sample: &Sample, side: f64| {
+        let side = |sample: &SkinSample, side: f64| {
             let surfel = Surfel {
                 position: sample.point,
                 normal: sample.normal * side,

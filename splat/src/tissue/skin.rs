@@ -34,7 +34,7 @@ pub struct CutSampler {
     shift: u32,
     cells: HashMap<[i64; 3], Vec<DVec3>>,
     /// Candidates of earlier triangles in the largest holes, and how far other samples are.
-    reserve: Vec<(Sample, f64)>,
+    reserve: Vec<(SkinSample, f64)>,
 }
 
 /// Clearance (spacings) from which a candidate that was not chosen is kept for later.
@@ -44,7 +44,7 @@ const RESERVE: usize = 200;
 
 /// A sample: its point, its triangle's unit normal and number.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Sample {
+pub(crate) struct SkinSample {
     pub(crate) point: DVec3,
     pub(crate) normal: DVec3,
     pub(crate) triangle: u32,
@@ -98,7 +98,7 @@ impl CutSampler {
     }
 
     /// Samples further triangles, the first of which has the number `first`.
-    pub(crate) fn sample(&mut self, triangles: &[[DVec3; 3]], first: u32) -> Vec<Sample> {
+    pub(crate) fn sample(&mut self, triangles: &[[DVec3; 3]], first: u32) -> Vec<SkinSample> {
         let mut out = Vec::new();
         let mut candidates = std::mem::take(&mut self.reserve);
         let mut owed = 0.0;
@@ -119,7 +119,7 @@ impl CutSampler {
                     .map(|k| f64::from(scatter(self.shift.wrapping_mul(2) + k)) / 4_294_967_296.0);
                 for i in 1..=draws {
                     let point = draw(triangle, shift, i as f64);
-                    let sample = Sample {
+                    let sample = SkinSample {
                         point,
                         normal,
                         triangle: number,
@@ -167,8 +167,8 @@ impl CutSampler {
     fn choose(
         &mut self,
         owed: &mut f64,
-        candidates: &mut Vec<(Sample, f64)>,
-        out: &mut Vec<Sample>,
+        candidates: &mut Vec<(SkinSample, f64)>,
+        out: &mut Vec<SkinSample>,
     ) {
         self.carried += *owed;
         *owed = 0.0;

@@ -1,7 +1,7 @@
 //! Gmsh MSH: versions 1 (text), 2 and 4.1 (text and binary).
 
-use super::text::{Order, Scalar, Text, Words, unexpected_number};
-use super::{Raw, ReadError, TextPlace, out_of_range, point, unsupported};
+use super::text::{ByteOrder, Scalar, Text, Words, unexpected_number};
+use super::{RawMesh, ReadError, TextPlace, out_of_range, point, unsupported};
 use crate::mesh::index;
 
 /// Gmsh's element types.
@@ -23,16 +23,16 @@ enum Version {
 }
 
 /// Numbers of a file: words of a line for each node and element, or bytes.
-struct Source<'a> {
+struct NumberSource<'a> {
     text: Text<'a>,
     version: Version,
     /// What is left of the present line, where numbers are words.
     words: Words<'a>,
 }
 
-pub(super) fn parse(bytes: &[u8]) -> Result<Raw, ReadError> {
-    let mut raw = Raw::default();
-    let mut source = Source {
+pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, ReadError> {
+    let mut raw = RawMesh::default();
+    let mut source = NumberSource {
         text: Text::new(bytes),
         version: Version::One,
         words: Words::default(),
@@ -53,7 +53,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, ReadError> {
     Ok(raw)
 }
 
-impl Source<'_> {
+impl NumberSource<'_> {
     fn header(&mut self) -> Result<(), ReadError> {
         let mut words = self.text.full_line("the version")?;
         let place = words.place();
@@ -74,10 +74,10 @@ impl Source<'_> {
                 return Err(unsupported(what, "save with 8 bytes or as text", place));
             }
             let place = self.text.place();
-            self.text.order = Some(Order::Little);
+            self.text.order = Some(ByteOrder::Little);
             self.text.order = Some(match self.int("the number 1")? {
-                1 => Order::Little,
-                0x0100_0000 => Order::Big,
+                1 => ByteOrder::Little,
+                0x0100_0000 => ByteOrder::Big,
                 other => return Err(unexpected_number("the number 1", &other, place)),
             });
         }
@@ -133,7 +133,7 @@ impl Source<'_> {
         self.text.checked(value, what, least, self.place())
     }
 
-    fn point(&mut self, raw: &mut Raw) -> Result<(), ReadError> {
+    fn point(&mut self, raw: &mut RawMesh) -> Result<(), ReadError> {
         let place = self.place();
         raw.vertices.push(if self.in_words() {
             self.words.point()?
@@ -147,7 +147,7 @@ impl Source<'_> {
         Ok(())
     }
 
-    fn nodes(&mut self, raw: &mut Raw, numbers: &mut Vec<(i64, u32)>) -> Result<(), ReadError> {
+    fn nodes(&mut self, raw: &mut RawMesh, numbers: &mut Vec<(i64, u32)>) -> Result<(), ReadError> {
         if self.version == Version::Four {
             return self.node_blocks(raw, numbers);
         }
@@ -184,7 +184,7 @@ impl Source<'_> {
 
     fn node_blocks(
         &mut self,
-        raw: &mut Raw,
+        raw: &mut RawMesh,
         numbers: &mut Vec<(i64, u32)>,
     ) -> Result<(), ReadError> {
         let ends = "the nodes' number, least and greatest";
@@ -219,7 +219,7 @@ impl Source<'_> {
         Ok(())
     }
 
-    fn elements(&mut self, raw: &mut Raw, numbers: &[(i64, u32)]) -> Result<(), ReadError> {
+    fn elements(&mut self, raw: &mut RawMesh, numbers: &[(i64, u32)]) -> Result<(), ReadError> {
         if self.version == Version::Four {
             let ends = "the elements' number, least and greatest";
             let blocks = self.blocks(("elements or blocks", 4), ["blocks of elements", ends])?;
@@ -267,7 +267,7 @@ impl Source<'_> {
     /// Elements of versions 1 and 2 as words.
     fn lines_of_elements(
         &mut self,
-        raw: &mut Raw,
+        raw: &mut RawMesh,
         numbers: &[(i64, u32)],
     ) -> Result<(), ReadError> {
         for _ in 0..self.text.count("elements or blocks", 4)? {
@@ -294,7 +294,7 @@ impl Source<'_> {
     fn element(
         &mut self,
         kind: i64,
-        raw: &mut Raw,
+        raw: &mut RawMesh,
         numbers: &[(i64, u32)],
     ) -> Result<(), ReadError> {
         let place = self.place();

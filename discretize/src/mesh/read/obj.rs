@@ -3,10 +3,10 @@
 use std::borrow::Cow;
 
 use super::text::{Text, line_end, unexpected};
-use super::{Raw, ReadError, TextPlace, out_of_range};
+use super::{RawMesh, ReadError, TextPlace, out_of_range};
 
-pub(super) fn parse(bytes: &[u8]) -> Result<Raw, ReadError> {
-    let mut raw = Raw::default();
+pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, ReadError> {
+    let mut raw = RawMesh::default();
     // Faces may precede their vertices: indices are checked at the end.
     let mut corners: Vec<i64> = Vec::new();
     let mut faces: Vec<(usize, TextPlace)> = Vec::new();

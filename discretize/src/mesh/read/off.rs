@@ -1,7 +1,7 @@
 //! Object File Format.
 
 use super::text::{Text, Words, check_count, unexpected};
-use super::{Raw, ReadError, unsupported, vertex_index};
+use super::{RawMesh, ReadError, unsupported, vertex_index};
 
 /// Whether a word opens an OFF file, with its optional prefixes for colours, normals and texture.
 pub(super) fn is_keyword(word: &[u8]) -> bool {
@@ -21,8 +21,8 @@ pub(super) fn is_counts(words: Words<'_>) -> bool {
     counts == 3
 }
 
-pub(super) fn parse(bytes: &[u8]) -> Result<Raw, ReadError> {
-    let mut raw = Raw::default();
+pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, ReadError> {
+    let mut raw = RawMesh::default();
     let mut text = Text::new(bytes);
     let mut words = text.full_line("`OFF`")?;
     // The keyword is optional.

@@ -2,8 +2,10 @@
 
 use glam::DVec3;
 
-use super::text::{Order, Scalar, Text, unexpected};
-use super::{Raw, ReadError, ReadErrorKind, TextPlace, is_padding, nothing, point, vertex_index};
+use super::text::{ByteOrder, Scalar, Text, unexpected};
+use super::{
+    RawMesh, ReadError, ReadErrorKind, TextPlace, is_padding, nothing, point, vertex_index,
+};
 
 fn scalar(word: &[u8]) -> Option<Scalar> {
     const NAMES: &str = "char int8|uchar uint8|short int16|ushort uint16|int int32|uint uint32|||\
@@ -40,8 +42,8 @@ enum ElementRole {
     Other,
 }
 
-pub(super) fn parse(bytes: &[u8]) -> Result<Raw, ReadError> {
-    let mut raw = Raw::default();
+pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, ReadError> {
+    let mut raw = RawMesh::default();
     let mut text = Text::new(bytes);
     let elements = header(&mut text)?;
     let vertices = elements.iter().filter(|e| e.role == ElementRole::Vertex);
@@ -85,8 +87,8 @@ fn header(text: &mut Text<'_>) -> Result<Vec<Element>, ReadError> {
                 let word = words.next().unwrap_or_default();
                 order = Some(match word {
                     b"ascii" => None,
-                    b"binary_little_endian" => Some(Order::Little),
-                    b"binary_big_endian" => Some(Order::Big),
+                    b"binary_little_endian" => Some(ByteOrder::Little),
+                    b"binary_big_endian" => Some(ByteOrder::Big),
                     _ => return Err(unexpected("a PLY format", word, place)),
                 });
             }
@@ -159,7 +161,7 @@ fn read_element(
     element: &Element,
     vertices: usize,
     text: &mut Text<'_>,
-    raw: &mut Raw,
+    raw: &mut RawMesh,
 ) -> Result<(), ReadError> {
     let properties = element.properties.iter();
     let least = match text.order {

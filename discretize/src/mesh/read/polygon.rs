@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::{Raw, ReadError, unsupported};
+use super::{RawMesh, ReadError, unsupported};
 use crate::mesh::area_vector;
 
 /// Most corners of a polygon that is not convex: cutting it takes up to their cube.
@@ -11,7 +11,7 @@ const MOST_CORNERS: usize = 1000;
 /// Divides again the polygons that a fan from their first corner does not cover: those of which a
 /// triangle of the fan looks the other way. A fan whose triangles all look the same way covers a
 /// plane polygon once.
-pub(super) fn mend(raw: &mut Raw) -> Result<(), ReadError> {
+pub(super) fn mend(raw: &mut RawMesh) -> Result<(), ReadError> {
     for (first, corners, place) in std::mem::take(&mut raw.fans) {
         let places: Vec<DVec3> = corners.iter().map(|v| raw.vertices[*v as usize]).collect();
         // The sum of the fan's area vectors is the polygon's, plane or not (Newell).

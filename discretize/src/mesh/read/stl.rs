@@ -1,7 +1,7 @@
 //! STL: triangles without shared corners, as text or binary.
 
-use super::text::{Order, Scalar, Text, unexpected};
-use super::{Raw, ReadError, ReadErrorKind, TextPlace, is_padding, point};
+use super::text::{ByteOrder, Scalar, Text, unexpected};
+use super::{RawMesh, ReadError, ReadErrorKind, TextPlace, is_padding, point};
 use crate::mesh::index;
 
 const HEADER: usize = 84;
@@ -22,8 +22,8 @@ pub(super) fn is_binary(bytes: &[u8]) -> bool {
     exact || bytes[..HEADER].contains(&0)
 }
 
-pub(super) fn parse_binary(bytes: &[u8]) -> Result<Raw, ReadError> {
-    let mut raw = Raw::default();
+pub(super) fn parse_binary(bytes: &[u8]) -> Result<RawMesh, ReadError> {
+    let mut raw = RawMesh::default();
     let mut at = 0;
     // Some tools write one solid after the other, each with a header of its own.
     while at == 0 || !is_padding(&bytes[at..]) {
@@ -33,7 +33,7 @@ pub(super) fn parse_binary(bytes: &[u8]) -> Result<Raw, ReadError> {
 }
 
 /// Reads the solid whose header begins at a byte; where the next one may begin.
-fn solid(bytes: &[u8], start: usize, raw: &mut Raw) -> Result<usize, ReadError> {
+fn solid(bytes: &[u8], start: usize, raw: &mut RawMesh) -> Result<usize, ReadError> {
     let rest = &bytes[start..];
     let trailing = ReadErrorKind::Trailing { bytes: rest.len() }.at(TextPlace::Byte(start));
     let Some((header, facets)) = rest.split_at_checked(HEADER) else {
@@ -54,7 +54,7 @@ fn solid(bytes: &[u8], start: usize, raw: &mut Raw) -> Result<usize, ReadError> 
         let first = index(raw.vertices.len());
         for corner in 1..4 {
             let at = 12 * corner;
-            let float = |axis: usize| Scalar::F32.read(&facet[at + 4 * axis..], Order::Little);
+            let float = |axis: usize| Scalar::F32.read(&facet[at + 4 * axis..], ByteOrder::Little);
             let xyz = [0, 1, 2].map(|axis| float(axis).unwrap_or(f64::NAN));
             let place = TextPlace::Byte(first_facet + f * FACET + at);
             raw.vertices.push(point(xyz, place)?);
@@ -64,8 +64,8 @@ fn solid(bytes: &[u8], start: usize, raw: &mut Raw) -> Result<usize, ReadError> 
     Ok(first_facet + count as usize * FACET)
 }
 
-pub(super) fn parse_ascii(bytes: &[u8]) -> Result<Raw, ReadError> {
-    let mut raw = Raw::default();
+pub(super) fn parse_ascii(bytes: &[u8]) -> Result<RawMesh, ReadError> {
+    let mut raw = RawMesh::default();
     let mut text = Text::new(bytes);
     let mut corners = 0;
     let mut ended = true;

@@ -9,7 +9,7 @@ const SHOWN: usize = 24;
 
 /// Byte order of binary numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Order {
+pub(super) enum ByteOrder {
     Little,
     Big,
 }
@@ -60,12 +60,12 @@ impl Scalar {
         clippy::cast_possible_wrap,
         reason = "bits read as the type that the file names"
     )]
-    pub(super) fn read(self, bytes: &[u8], order: Order) -> Option<f64> {
+    pub(super) fn read(self, bytes: &[u8], order: ByteOrder) -> Option<f64> {
         let own = bytes.get(..self.size())?;
         let fold = |value: u64, byte: &u8| value << 8 | u64::from(*byte);
         let bits = match order {
-            Order::Big => own.iter().fold(0, fold),
-            Order::Little => own.iter().rev().fold(0, fold),
+            ByteOrder::Big => own.iter().fold(0, fold),
+            ByteOrder::Little => own.iter().rev().fold(0, fold),
         };
         Some(match self {
             Self::I8 => f64::from(bits as i8),
@@ -88,7 +88,7 @@ pub(super) struct Text<'a> {
     at: usize,
     line: usize,
     /// Byte order of the numbers; `None` where they are words.
-    pub(super) order: Option<Order>,
+    pub(super) order: Option<ByteOrder>,
 }
 
 /// The words of one line.

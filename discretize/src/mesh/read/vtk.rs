@@ -1,7 +1,7 @@
 //! VTK legacy files: polydata and unstructured grids, text and binary.
 
-use super::text::{Order, Scalar, Text, Words, unexpected, unexpected_number};
-use super::{Raw, ReadError, TextPlace, out_of_range, point, vertex_index};
+use super::text::{ByteOrder, Scalar, Text, Words, unexpected, unexpected_number};
+use super::{RawMesh, ReadError, TextPlace, out_of_range, point, vertex_index};
 
 /// VTK's cell types.
 const TRIANGLE: i64 = 5;
@@ -10,7 +10,7 @@ pub(super) const POLYGON: i64 = 7;
 const QUAD: i64 = 9;
 const TETRAHEDRON: i64 = 10;
 
-pub(super) fn parse(bytes: &[u8]) -> Result<Raw, ReadError> {
+pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, ReadError> {
     let mut text = Text::new(bytes);
     text.line();
     text.line();
@@ -18,10 +18,10 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, ReadError> {
     let word = words.next().unwrap_or_default();
     text.order = match word {
         w if w.eq_ignore_ascii_case(b"ASCII") => None,
-        w if w.eq_ignore_ascii_case(b"BINARY") => Some(Order::Big),
+        w if w.eq_ignore_ascii_case(b"BINARY") => Some(ByteOrder::Big),
         w => return Err(unexpected("ASCII or BINARY", w, words.place())),
     };
-    let mut raw = Raw::default();
+    let mut raw = RawMesh::default();
     let mut cells: Vec<Vec<i64>> = Vec::new();
     let mut types: Vec<i64> = Vec::new();
     while let Some(mut words) = text.line() {
@@ -71,7 +71,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, ReadError> {
     Ok(raw)
 }
 
-fn points(text: &mut Text<'_>, mut words: Words<'_>, raw: &mut Raw) -> Result<(), ReadError> {
+fn points(text: &mut Text<'_>, mut words: Words<'_>, raw: &mut RawMesh) -> Result<(), ReadError> {
     let place = words.place();
     let count = words.integer("a number of points")?;
     let name = words.next().unwrap_or_default();
@@ -98,7 +98,7 @@ const WITHOUT_FACE: [i64; 5] = [1, 2, 3, 4, 21];
 
 /// Adds cells of the known kinds; others are skipped, and noted where they have faces.
 pub(super) fn add<'a>(
-    raw: &mut Raw,
+    raw: &mut RawMesh,
     cells: impl Iterator<Item = (i64, &'a Vec<i64>)>,
     place: TextPlace,
 ) -> Result<(), ReadError> {

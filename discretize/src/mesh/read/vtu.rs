@@ -2,9 +2,9 @@
 
 use std::collections::HashMap;
 
-use super::text::{Order, Scalar, Text, check_count, unexpected};
+use super::text::{ByteOrder, Scalar, Text, check_count, unexpected};
 use super::vtk::{self, POLYGON, STRIP};
-use super::{Raw, ReadError, TextPlace, out_of_range, point, truncated, unsupported};
+use super::{RawMesh, ReadError, TextPlace, out_of_range, point, truncated, unsupported};
 
 /// Most bytes that a byte of zlib data can become (a deflate block of one repeated match).
 const LARGEST_RATIO: usize = 1100;
@@ -46,9 +46,9 @@ impl<'a> Tag<'a> {
 }
 
 /// How the values of the file are written.
-struct Reader<'a> {
+struct ValueReader<'a> {
     bytes: &'a [u8],
-    order: Order,
+    order: ByteOrder,
     /// Type of the sizes before a block.
     header: Scalar,
     zlib: bool,
@@ -59,11 +59,11 @@ struct Reader<'a> {
 /// The arrays of a section by their names.
 type Lists<'a> = HashMap<&'a [u8], Tag<'a>>;
 
-pub(super) fn parse(bytes: &[u8]) -> Result<Raw, ReadError> {
-    let mut raw = Raw::default();
-    let mut reader = Reader {
+pub(super) fn parse(bytes: &[u8]) -> Result<RawMesh, ReadError> {
+    let mut raw = RawMesh::default();
+    let mut reader = ValueReader {
         bytes,
-        order: Order::Little,
+        order: ByteOrder::Little,
         header: Scalar::U32,
         zlib: false,
         appended: None,
@@ -143,7 +143,7 @@ fn tags(bytes: &[u8]) -> Vec<Tag<'_>> {
     out
 }
 
-impl Reader<'_> {
+impl ValueReader<'_> {
     fn open(&mut self, tag: &Tag<'_>) -> Result<(), ReadError> {
         let kind = tag.need("type")?;
         if kind != b"UnstructuredGrid" && kind != b"PolyData" {
@@ -151,7 +151,7 @@ impl Reader<'_> {
             return Err(unexpected(expected, kind, tag.place()));
         }
         if tag.get("byte_order") == Some(b"BigEndian") {
-            self.order = Order::Big;
+            self.order = ByteOrder::Big;
         }
         if tag.get("header_type") == Some(b"UInt64") {
             self.header = Scalar::U64;
@@ -168,7 +168,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn points(&self, tag: &Tag<'_>, raw: &mut Raw) -> Result<(), ReadError> {
+    fn points(&self, tag: &Tag<'_>, raw: &mut RawMesh) -> Result<(), ReadError> {
         let kind = tag.need("type")?;
         if kind != b"Float32" && kind != b"Float64" {
             return Err(unexpected("Float32 or Float64", kind, tag.place()));
@@ -186,7 +186,7 @@ impl Reader<'_> {
         section: &[u8],
         lists: &mut Lists<'_>,
         first: usize,
-        raw: &mut Raw,
+        raw: &mut RawMesh,
     ) -> Result<(), ReadError> {
         let kind = match section {
             b"Polys" => Some(POLYGON),

@@ -10,7 +10,7 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::grid::{Grid, SPLINE_CURVATURES, spline_slopes, spline_values};
 use super::level::STENCIL;
-use super::placement::{Cell, Placement};
+use super::placement::{CellNodes, GridPlacement};
 use crate::conservative::operator::Operator;
 use crate::parallel::{map, share_out, to_u32};
 
@@ -27,7 +27,7 @@ const PADDED: usize = 32;
 const STIFFENING: f64 = 0.1;
 
 /// Local matrix of a cell.
-type Block = [[f64; PADDED]; LOCAL];
+type CellMatrix = [[f64; PADDED]; LOCAL];
 
 /// Cells whose local matrices are held at a time, at least.
 const BATCH: usize = 512;
@@ -35,10 +35,10 @@ const BATCH: usize = 512;
 /// Places with an entry on the diagonal, ascending, and their rows of the matrix.
 pub(super) fn bending_stencils(
     operator: &Operator<'_>,
-    placement: &Placement,
+    placement: &GridPlacement,
 ) -> (Vec<u32>, Vec<[f64; STENCIL]>) {
     let grid = placement.grid;
-    let cells: Vec<Cell<'_>> = placement.cells().collect();
+    let cells: Vec<CellNodes<'_>> = placement.cells().collect();
     let local = local_places(&grid);
     let mut taken = vec![false; grid.len()];
     for cell in &cells {
@@ -52,7 +52,8 @@ pub(super) fn bending_stencils(
         .collect();
     let mut stencils = vec![[0.0; STENCIL]; places.len()];
     for batch in cells.chunks(BATCH.max(places.len() / 16)) {
-        let blocks: Vec<Block> = map(batch.len(), 8, |at| block(operator, placement, &batch[at]));
+        let blocks: Vec<CellMatrix> =
+            map(batch.len(), 8, |at| block(operator, placement, &batch[at]));
         // A spline's own index in the cell that starts at its position less `local[index]`.
         let low = places.partition_point(|&place| (place as usize) < batch[0].place);
         let last = batch[batch.len() - 1].place + local[LOCAL - 1];
@@ -98,7 +99,7 @@ fn add_row(stencil: &mut [f64; STENCIL], own: usize, row: &[f64; PADDED]) {
 }
 
 /// Sum of the nodes' parts of one cell.
-fn block(operator: &Operator<'_>, placement: &Placement, cell: &Cell<'_>) -> Block {
+fn block(operator: &Operator<'_>, placement: &GridPlacement, cell: &CellNodes<'_>) -> CellMatrix {
     let mut sum = [[0.0; PADDED]; LOCAL];
     let arch = Arch::new();
     for &node in cell.nodes {
@@ -186,7 +187,7 @@ fn curvatures(within: [f64; 3], inverse_cell: f64) -> [[f64; PADDED]; 6] {
 struct NodeBlock<'a> {
     bending: [[f64; 6]; 6],
     curvatures: [[f64; PADDED]; 6],
-    sum: &'a mut Block,
+    sum: &'a mut CellMatrix,
 }
 
 impl WithSimd for NodeBlock<'_> {

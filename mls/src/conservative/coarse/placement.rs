@@ -13,7 +13,7 @@ use crate::parallel::{ROWS_PER_TASK, share_out, to_u32};
 
 /// A node in the grid.
 #[derive(Debug, Clone, Copy)]
-struct Placed {
+struct PlacedNode {
     /// Place of the first of its 27 splines; [`OUTSIDE`] for nodes that take no part.
     place: u32,
     within: [f64; 3],
@@ -31,9 +31,9 @@ struct CellRow {
 }
 
 /// Where the nodes of a cloud lie in a grid.
-pub(super) struct Placement {
+pub(super) struct GridPlacement {
     pub(super) grid: Grid,
-    placed: Vec<Placed>,
+    placed: Vec<PlacedNode>,
     rows: Vec<CellRow>,
     /// Per row of cells 3 × 3 rows of splines, `grid.sizes[0]` each.
     sums: Vec<Vec<Lanes>>,
@@ -42,13 +42,13 @@ pub(super) struct Placement {
 }
 
 /// Nodes of one cell.
-pub(super) struct Cell<'a> {
+pub(super) struct CellNodes<'a> {
     /// Place of the first of its 27 splines.
     pub(super) place: usize,
     pub(super) nodes: &'a [u32],
 }
 
-impl Placement {
+impl GridPlacement {
     /// Sorts the nodes for which `takes_part` into the cells of a grid.
     pub(super) fn new(grid: Grid, positions: &[DVec3], takes_part: impl Fn(usize) -> bool) -> Self {
         let [_, height, depth] = grid.sizes;
@@ -62,7 +62,7 @@ impl Placement {
             } else {
                 OUTSIDE
             };
-            placed.push(Placed { place, within });
+            placed.push(PlacedNode { place, within });
         }
         keys.sort_unstable();
         let row_of = |place: usize| {
@@ -90,12 +90,12 @@ impl Placement {
     }
 
     /// Occupied cells in order of z, y, x.
-    pub(super) fn cells(&self) -> impl Iterator<Item = Cell<'_>> {
+    pub(super) fn cells(&self) -> impl Iterator<Item = CellNodes<'_>> {
         let place = |node: u32| self.placed[node as usize].place;
         self.rows.iter().flat_map(move |row| {
             row.nodes
                 .chunk_by(move |&a, &b| place(a) == place(b))
-                .map(move |nodes| Cell {
+                .map(move |nodes| CellNodes {
                     place: place(nodes[0]) as usize,
                     nodes,
                 })
@@ -161,7 +161,7 @@ impl Placement {
 
 /// `sums += Pᵀ r` over the nodes of one row of cells.
 struct Restriction<'a> {
-    placed: &'a [Placed],
+    placed: &'a [PlacedNode],
     row: &'a CellRow,
     width: usize,
     r: &'a [DVec3],
@@ -175,7 +175,7 @@ impl WithSimd for Restriction<'_> {
     fn with_simd<S: Simd>(self, _: S) {
         self.sums.fill([0.0; 4]);
         for &node in &self.row.nodes {
-            let Placed { place, within } = self.placed[node as usize];
+            let PlacedNode { place, within } = self.placed[node as usize];
             let first = place as usize - self.row.place;
             let [vx, vy, vz] = within.map(spline_values);
             let r = self.r[node as usize];
@@ -197,7 +197,7 @@ impl WithSimd for Restriction<'_> {
 
 /// `z += P field` for some nodes.
 struct Prolongation<'a> {
-    placed: &'a [Placed],
+    placed: &'a [PlacedNode],
     steps: [usize; 3],
     field: &'a [Lanes],
     z: &'a mut [DVec3],

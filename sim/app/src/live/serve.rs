@@ -54,7 +54,7 @@ pub fn serve(
     options: &LiveOptions,
 ) -> Result<(), SessionError> {
     let folder = OutputFolder::claim(&options.out)?;
-    let mut show = Show {
+    let mut show = LiveShow {
         server,
         sources,
         folder,
@@ -109,7 +109,7 @@ struct Clock {
     last: Option<(Instant, f64)>,
 }
 
-struct Show {
+struct LiveShow {
     server: Server,
     sources: Sources,
     folder: OutputFolder,
@@ -142,7 +142,7 @@ struct Show {
     told: Instant,
 }
 
-impl Show {
+impl LiveShow {
     /// Whether there are steps to take.
     fn is_moving(&self) -> bool {
         let away = self.away.iter().filter(|away| **away).count();

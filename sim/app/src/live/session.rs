@@ -111,7 +111,7 @@ impl Checkpoint {
 
 /// The grip.
 #[derive(Debug)]
-struct Hand {
+struct HeldGrip {
     from: DVec3,
     lead: PoseLead,
     radius: f64,
@@ -128,7 +128,7 @@ pub struct Session {
     lagging: VecDeque<CutPiece>,
     leads: Vec<PoseLead>,
     stroke: VecDeque<Stroke>,
-    hand: Option<Hand>,
+    hand: Option<HeldGrip>,
     /// What is given with the next step beside tools and blades.
     pending: Vec<Action>,
     record: Vec<Input>,
@@ -264,7 +264,7 @@ impl Session {
 
     /// Grips the surface within `radius` (m) of a point (m).
     pub fn grip(&mut self, point: DVec3, radius: f64) {
-        self.hand = Some(Hand {
+        self.hand = Some(HeldGrip {
             from: point,
             lead: PoseLead::new(Pose::at(point)),
             radius,

@@ -41,7 +41,7 @@ pub(crate) struct Outcome {
 
 /// A line of the list.
 #[derive(Serialize)]
-struct Line<'a> {
+struct ListLine<'a> {
     case: usize,
     keys: Map<String, Value>,
     hash: &'a str,
@@ -52,7 +52,7 @@ impl Case {
     fn line(&self, plan: &Plan) -> String {
         let names = plan.keys.iter().map(|key| key.name().to_owned());
         let values = self.values.iter().cloned().map(Value::String);
-        let line = Line {
+        let line = ListLine {
             case: self.number,
             keys: names.zip(values).collect(),
             hash: &self.hash,

@@ -26,7 +26,7 @@ impl BodyShares for Front {
         let layout = Layout::new(body.rest.len(), ranks());
         let mut mine = None;
         self.wake();
-        Command::Model.give();
+        Command::RankModel.give();
         let (packages, locals) = packages(&layout, body, watched);
         let models = Models::new(body);
         for (rank, (package, locals)) in packages.into_iter().zip(&locals).enumerate() {

@@ -76,7 +76,7 @@ pub(crate) enum Content {
 impl Node {
     /// The tree of a text in RON; nothing where brackets or separators do not fit.
     pub(crate) fn read(text: &str) -> Option<Self> {
-        let mut reader = Reader::new(text, false);
+        let mut reader = TreeReader::new(text, false);
         while reader.rest().starts_with("#!") {
             reader.at += reader.rest().find(']')? + 1;
             reader.skip();
@@ -86,7 +86,7 @@ impl Node {
 
     /// The same of a text in JSON.
     pub(crate) fn read_json(text: &str) -> Option<Self> {
-        Reader::new(text, true).whole()
+        TreeReader::new(text, true).whole()
     }
 
     /// The value seen through `Some(..)` and other names around a single value, `{"Name": ..}` in JSON.
@@ -151,7 +151,7 @@ pub(crate) fn line_column(text: &str, byte: usize) -> (usize, usize) {
 /// Deepest nesting that is followed; the deserializer stops at as much.
 const DEEPEST: usize = 128;
 
-struct Reader<'a> {
+struct TreeReader<'a> {
     text: &'a str,
     at: usize,
     depth: usize,
@@ -159,7 +159,7 @@ struct Reader<'a> {
     json: bool,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> TreeReader<'a> {
     /// At the first value of a text.
     fn new(text: &'a str, json: bool) -> Self {
         let mut reader = Self {

@@ -89,11 +89,11 @@ struct ValueError {
     span: Option<Range<usize>>,
     /// Innermost first.
     path: Vec<Segment>,
-    problem: Problem,
+    problem: ValueProblem,
 }
 
 #[derive(Debug)]
-enum Problem {
+enum ValueProblem {
     Unknown {
         what: &'static str,
         found: String,
@@ -106,7 +106,7 @@ enum Problem {
 }
 
 impl ValueError {
-    fn new(problem: Problem) -> Self {
+    fn new(problem: ValueProblem) -> Self {
         Self {
             span: None,
             path: Vec::new(),
@@ -116,7 +116,7 @@ impl ValueError {
 
     fn unknown(what: &'static str, found: &str, known: &'static [&'static str]) -> Self {
         let found = found.to_owned();
-        Self::new(Problem::Unknown { what, found, known })
+        Self::new(ValueProblem::Unknown { what, found, known })
     }
 
     fn at(mut self, span: &Range<usize>) -> Self {
@@ -136,19 +136,19 @@ impl ValueError {
         let owner = if path.is_empty() { whole } else { &path };
         let span = self.span.unwrap_or(0..0);
         let problem = match self.problem {
-            Problem::Unknown { what, found, known } => format!(
+            ValueProblem::Unknown { what, found, known } => format!(
                 "unknown {what} '{}' in {owner}{}; {what}s are {}",
                 shortened(&found),
                 DidYouMean(nearest(&found, known.iter().copied())),
                 known.join(", ")
             ),
-            Problem::Missing(key) => format!("key '{key}' is missing in {owner}"),
-            Problem::Twice(key) => format!("key '{key}' stands twice in {owner}"),
-            Problem::Type(must) => {
+            ValueProblem::Missing(key) => format!("key '{key}' is missing in {owner}"),
+            ValueProblem::Twice(key) => format!("key '{key}' stands twice in {owner}"),
+            ValueProblem::Type(must) => {
                 let found = shortened(&text[span.clone()]);
                 format!("{owner} is {found}; it must be {must}")
             }
-            Problem::Said(said) => format!("{owner}: {said}"),
+            ValueProblem::Said(said) => format!("{owner}: {said}"),
         };
         (span.start, path, problem)
     }
@@ -164,11 +164,11 @@ impl std::error::Error for ValueError {}
 
 impl de::Error for ValueError {
     fn custom<T: Display>(said: T) -> Self {
-        Self::new(Problem::Said(said.to_string()))
+        Self::new(ValueProblem::Said(said.to_string()))
     }
 
     fn invalid_type(_: Unexpected<'_>, expected: &dyn Expected) -> Self {
-        Self::new(Problem::Type(must_be(&expected.to_string())))
+        Self::new(ValueProblem::Type(must_be(&expected.to_string())))
     }
 
     fn invalid_value(found: Unexpected<'_>, expected: &dyn Expected) -> Self {
@@ -176,11 +176,11 @@ impl de::Error for ValueError {
             (Unexpected::Unsigned(_), "u32") => format!("{} at most", u32::MAX),
             (_, expected) => must_be(expected),
         };
-        Self::new(Problem::Type(must))
+        Self::new(ValueProblem::Type(must))
     }
 
     fn invalid_length(_: usize, expected: &dyn Expected) -> Self {
-        Self::new(Problem::Type(must_be(&expected.to_string())))
+        Self::new(ValueProblem::Type(must_be(&expected.to_string())))
     }
 
     fn unknown_field(found: &str, known: &'static [&'static str]) -> Self {
@@ -192,7 +192,7 @@ impl de::Error for ValueError {
     }
 
     fn missing_field(key: &'static str) -> Self {
-        Self::new(Problem::Missing(key))
+        Self::new(ValueProblem::Missing(key))
     }
 }
 
@@ -246,7 +246,7 @@ impl<'a> Value<'a> {
     }
 
     fn wrong(self, must: impl Into<String>) -> ValueError {
-        ValueError::new(Problem::Type(must.into())).at(&self.node.span)
+        ValueError::new(ValueProblem::Type(must.into())).at(&self.node.span)
     }
 
     fn fields<'de, V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ValueError> {
@@ -287,7 +287,8 @@ impl<'a> Value<'a> {
                 Syntax::Ron => ron::from_str(text).map_err(|error| error.code.to_string()),
                 Syntax::Json => serde_json::from_str(text).map_err(|error| error.to_string()),
             };
-            let string = string.map_err(|said: String| ValueError::new(Problem::Said(said)))?;
+            let string =
+                string.map_err(|said: String| ValueError::new(ValueProblem::Said(said)))?;
             return visitor.visit_string(string);
         }
         match text {
@@ -439,7 +440,7 @@ impl<'de> MapAccess<'de> for Fields<'_> {
         };
         let before = &self.fields[..self.next];
         if before.iter().any(|(other, ..)| other == name) {
-            return Err(ValueError::new(Problem::Twice(name.clone())).at(span));
+            return Err(ValueError::new(ValueProblem::Twice(name.clone())).at(span));
         }
         let key = StrDeserializer::<ValueError>::new(name);
         seed.deserialize(key)

@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::DVec3;
 use phyxel_live::{ClientId, Control, Picture, To, Told};
 
-use super::Show;
+use super::LiveShow;
 use crate::live::session::{Recording, SAVED, Session, SessionError};
 use crate::output::OutputFolder;
 use phyxel::scene::Scene;
@@ -13,7 +13,7 @@ use phyxel::scene::Scene;
 /// Largest picture (pixels to a side) that a client may ask for.
 const LARGEST_PICTURE: u32 = 4096;
 
-impl Show {
+impl LiveShow {
     pub(super) fn control(
         &mut self,
         client: ClientId,

@@ -3,10 +3,10 @@
 use glam::DVec3;
 use phyxel_live::{ClientId, Event, Hand, HandPhase, Quantity, To};
 
-use super::Show;
+use super::LiveShow;
 use phyxel::scene::Pose;
 
-impl Show {
+impl LiveShow {
     /// Does what a client did or asked for.
     pub(super) fn take(&mut self, client: ClientId, event: Event) {
         match event {

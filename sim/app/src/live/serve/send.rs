@@ -7,13 +7,13 @@ use phyxel_live::{
     BodyState, GRIP, StateMessage, To, Told, encode_force, encode_nodes, encode_state,
 };
 
-use super::{Owners, Show};
+use super::{LiveShow, Owners};
 use crate::live::skin::Skins;
 use crate::live::told::{energies_of, nodes_of, scene_of, stats_of, tool_states, values_of};
 use crate::run::doubts;
 
-impl Show {
-    /// Takes the surfaces as they are for what clients know, who get them by [`Show::introduce`].
+impl LiveShow {
+    /// Takes the surfaces as they are for what clients know, who get them by [`LiveShow::introduce`].
     pub(super) fn know_skins(&mut self) {
         self.skins = Skins::new(self.session.painter());
     }
