@@ -45,7 +45,7 @@ impl CutSettings {
 }
 
 #[derive(Debug, Clone)]
-struct StrokeEnd {
+struct CutStroke {
     /// Where the blade was put in (m); empty once it has moved.
     start: Vec<DVec3>,
     /// Vertices of the last blade edge, from its first move on.
@@ -86,7 +86,7 @@ struct StrokeEnd {
 pub struct Cuts {
     settings: CutSettings,
     triangles: Vec<[u32; 3]>,
-    strokes: Vec<StrokeEnd>,
+    strokes: Vec<CutStroke>,
     pub(crate) edges: Edges,
     vertex_index: Forest,
     pub(crate) forest: Forest,
@@ -128,7 +128,7 @@ impl Cuts {
     /// [`CutError::TooFewPoints`] and [`CutError::NotFinite`].
     pub fn start(&mut self, blade: &[DVec3]) -> Result<usize, CutError> {
         check_edge(blade)?;
-        self.strokes.push(StrokeEnd {
+        self.strokes.push(CutStroke {
             start: blade.to_vec(),
             blade: Vec::new(),
             ended: false,
