@@ -167,8 +167,9 @@ impl Whole {
     }
 
     pub(crate) fn motion(&self) -> &Motion {
-        let bring = |motion: &mut Motion| self.ask_shares(|shares| motion.fetch(shares));
-        self.motion.get(|motion| bring(motion).unwrap_or(()))
+        self.motion.get(|motion| {
+            self.ask_shares(|shares| motion.fetch(shares));
+        })
     }
 
     /// Evaluated where the nodes are.

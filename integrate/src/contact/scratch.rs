@@ -4,10 +4,6 @@ use super::surface::ContactSurface;
 use crate::shape::{Pose, RigidShape};
 use crate::view::StepView;
 use glam::{DMat3, DVec3};
-use rayon::prelude::*;
-
-/// Members that a thread takes at least.
-const CHUNK: usize = 512;
 
 /// Vectors over the members of a surface; scratch, no state.
 #[derive(Debug, Clone, Default)]
@@ -69,15 +65,11 @@ impl PartialEq for SemiImplicit {
 
 impl SemiImplicit {
     /// Takes the positions of members.
-    pub(super) fn gather(
-        &mut self,
-        surface: &ContactSurface,
-        position: impl Fn(usize) -> DVec3 + Sync,
-    ) {
-        let members = surface.members.par_iter().with_min_len(CHUNK);
-        members
-            .map(|node| position(*node as usize))
-            .collect_into_vec(&mut self.positions);
+    pub(super) fn gather(&mut self, surface: &ContactSurface, position: impl Fn(usize) -> DVec3) {
+        let members = surface.members.iter();
+        self.positions.clear();
+        self.positions
+            .extend(members.map(|node| position(*node as usize)));
         self.forces.resize(surface.members.len(), DVec3::ZERO);
     }
 
