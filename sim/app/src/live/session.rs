@@ -3,7 +3,6 @@
 mod blade;
 mod lead;
 mod record;
-mod undo;
 
 use std::collections::VecDeque;
 
@@ -13,14 +12,13 @@ use blade::Stroke;
 use lead::PoseLead;
 pub(super) use record::Recording;
 use record::{Forces, Score};
-use undo::Ring;
 
 use super::setting::{PARKED, prepare};
 use crate::output::{OutputError, OutputFolder, input_csv, write_checkpoint};
 use crate::picture::{Painter, PictureError};
 use crate::run::RunState;
 use phyxel::scene::{Pose, Scene, Settle};
-use phyxel::{Action, CutPiece, Input, InputError, StrokePhase, World, WorldError};
+use phyxel::{Action, CutPiece, Input, InputError, StrokePhase, World, WorldError, WorldState};
 use phyxel_scene::TextError;
 use phyxel_splat::{DrawnTissue, SurfaceChange};
 
@@ -30,6 +28,11 @@ const CAPTURE: f64 = 0.6;
 /// Triangles of a cut by which surfaces grow at a time: a capture adds about 30, whose skin takes as long as
 /// several steps, and a user is answered between two helpings.
 const HELPING: usize = 8;
+/// Strokes that can be undone, and what is kept of them together. The newest is kept whatever it takes.
+const MOST: usize = 24;
+const MOST_BYTES: usize = 512 << 20;
+/// Bytes of a state for each node: a checkpoint of 99,413 nodes has 345.
+const NODE_BYTES: usize = 350;
 /// Files of a saved session: the scene, what users did, the state at the end, the score sheet.
 pub(super) const SAVED: [&str; 4] = ["scene.ron", "input.csv", "state.checkpoint", "score.csv"];
 /// A session that cannot start or continue.
@@ -53,6 +56,14 @@ pub enum SessionError {
     Output(#[from] OutputError),
 }
 
+/// Where a session starts.
+#[derive(Debug)]
+struct Start {
+    world: World,
+    surfaces: Vec<DrawnTissue>,
+    leads: Vec<PoseLead>,
+}
+
 /// Surfaces of a state to go back to.
 #[derive(Debug, Clone)]
 enum Surfaces {
@@ -61,11 +72,12 @@ enum Surfaces {
     Changed(Vec<SurfaceChange>),
 }
 
-/// A session between two steps: copies, so that going back gives bitwise identical values. Surfaces of all but the
-/// newest are changes.
+/// What a session was before a stroke, but for what its start has: going back makes the cuts of then again, bit for bit.
+/// Surfaces, which take longer to grow, are kept: those of the newest, of others what is not so in the next newer.
 #[derive(Debug, Clone)]
-struct Checkpoint {
-    world: World,
+struct Before {
+    world: WorldState,
+    nodes: usize,
     surfaces: Surfaces,
     /// Pieces of cuts that surfaces lag behind by.
     lagging: VecDeque<CutPiece>,
@@ -75,11 +87,9 @@ struct Checkpoint {
     strokes: usize,
 }
 
-impl Checkpoint {
+impl Before {
     fn bytes(&self) -> usize {
-        let parts = self.world.parts();
-        let model: usize = parts.iter().map(|part| part.bytes).sum();
-        model
+        NODE_BYTES * self.nodes
             + match &self.surfaces {
                 Surfaces::Whole(all) => all.iter().map(DrawnTissue::bytes).sum::<usize>(),
                 Surfaces::Changed(all) => all.iter().map(SurfaceChange::bytes).sum(),
@@ -98,10 +108,8 @@ impl Checkpoint {
     }
 
     /// Makes its surfaces whole, of those of the newer state that it shrank by.
-    fn complete(&mut self, newer: &Self) {
-        if let (Surfaces::Changed(own), Surfaces::Whole(newer)) =
-            (&mut self.surfaces, &newer.surfaces)
-        {
+    fn complete(&mut self, newer: &[DrawnTissue]) {
+        if let Surfaces::Changed(own) = &mut self.surfaces {
             let pairs = std::mem::take(own).into_iter().zip(newer);
             let whole = pairs.map(|(own, newer)| own.undone(newer));
             self.surfaces = Surfaces::Whole(whole.collect());
@@ -133,7 +141,9 @@ pub struct Session {
     pending: Vec<Action>,
     record: Vec<Input>,
     replay: Recording,
-    ring: Ring<Checkpoint>,
+    start: Start,
+    /// Before each of the last strokes, the newest at the end.
+    befores: VecDeque<Before>,
     strokes: usize,
     score: Score,
     forces: Forces,
@@ -154,8 +164,13 @@ impl Session {
         let pictures = scene.pictures.clone().unwrap_or_default();
         let painter = Painter::new(&world, &pictures)?;
         let leads = (0..scene.tools.len()).map(|tool| PoseLead::new(*world.tool_pose(tool)));
-        let mut session = Self {
+        let start = Start {
+            world: world.clone(),
+            surfaces: painter.surfaces(),
             leads: leads.collect(),
+        };
+        Ok(Self {
+            leads: start.leads.clone(),
             world,
             painter,
             lagging: VecDeque::new(),
@@ -164,15 +179,13 @@ impl Session {
             pending: Vec::new(),
             record: Vec::new(),
             replay: Recording::default(),
-            ring: Ring::default(),
+            start,
+            befores: VecDeque::new(),
             strokes: 0,
             score: Score::default(),
             forces: Forces::default(),
             moved: [0.0; 3],
-        };
-        let start = session.checkpoint();
-        session.ring.set_start(start);
-        Ok(session)
+        })
     }
 
     /// The world.
@@ -222,7 +235,7 @@ impl Session {
     /// Strokes so far, and how many of them can be undone.
     #[must_use]
     pub fn strokes(&self) -> (usize, usize) {
-        (self.strokes, self.ring.len())
+        (self.strokes, self.befores.len())
     }
 
     pub(super) fn score(&self) -> &Score {
@@ -365,7 +378,7 @@ impl Session {
                     phase: StrokePhase::Start,
                     ..
                 } => {
-                    let before = self.checkpoint();
+                    let before = self.before();
                     self.remember(before);
                     self.strokes += 1;
                 }
@@ -419,8 +432,7 @@ impl Session {
             self.world.start_scene()?;
             // What users did before is not part of the start: a reset goes back to before it.
             if self.record.is_empty() {
-                let start = self.checkpoint();
-                self.ring.set_start(start);
+                self.start.world = self.world.clone();
             }
         }
         Ok(())
@@ -447,10 +459,13 @@ impl Session {
         }
     }
 
-    /// The state between two steps.
-    fn checkpoint(&self) -> Checkpoint {
-        Checkpoint {
-            world: self.world.clone(),
+    /// What is kept of a session between two steps.
+    fn before(&mut self) -> Before {
+        self.lagging.extend(self.world.take_new_pieces());
+        let bodies = self.world.bodies().iter();
+        Before {
+            world: self.world.state(),
+            nodes: bodies.map(|body| body.rest.len()).sum(),
             surfaces: Surfaces::Whole(self.painter.surfaces()),
             lagging: self.lagging.clone(),
             recorded: self.record.len(),
@@ -459,58 +474,69 @@ impl Session {
         }
     }
 
-    /// Goes back to before the last stroke; `false` if there is none, or it is too long ago.
+    /// Keeps what was before a stroke; the oldest give way.
+    fn remember(&mut self, before: Before) {
+        if let Some(older) = self.befores.back_mut() {
+            older.shrink(&before);
+        }
+        self.befores.push_back(before);
+        let sum = |all: &VecDeque<Before>| all.iter().map(Before::bytes).sum::<usize>();
+        while self.befores.len() > MOST
+            || (self.befores.len() > 1 && sum(&self.befores) > MOST_BYTES)
+        {
+            self.befores.pop_front();
+        }
+    }
+
+    /// Goes back to before the last stroke; `false` if there is none, or it is too long ago. It takes as long as all cuts
+    /// before took to be made.
     pub fn undo(&mut self) -> bool {
         // Who undoes goes another way than the recording.
         self.replay = Recording::default();
-        let before = self.last();
-        before.map(|before| self.restore(before)).is_some()
-    }
-
-    /// Keeps the state before a stroke.
-    fn remember(&mut self, before: Checkpoint) {
-        if let Some((older, bytes)) = self.ring.newest() {
-            older.shrink(&before);
-            *bytes = older.bytes();
+        let any = !self.befores.is_empty();
+        if any {
+            self.recover();
         }
-        let bytes = before.bytes();
-        self.ring.push(before, bytes);
-    }
-
-    /// Takes the newest state before a stroke.
-    fn last(&mut self) -> Option<Checkpoint> {
-        let last = self.ring.pop()?;
-        if let Some((older, bytes)) = self.ring.newest() {
-            older.complete(&last);
-            *bytes = older.bytes();
-        }
-        Some(last)
+        any
     }
 
     /// Goes back to the start: after settling, or to its beginning while it lasts or where users did something in it.
     pub fn reset(&mut self) {
-        if let Some(start) = self.ring.reset() {
-            self.restore(start);
-        }
+        self.befores.clear();
+        self.world = self.start.world.clone();
+        self.painter.set_surfaces(self.start.surfaces.clone());
+        self.take_up(0, self.start.leads.clone(), 0);
     }
 
     /// Goes back to the newest good state, after a step was lost.
     pub fn recover(&mut self) {
-        let good = self.last();
-        if let Some(good) = good.or_else(|| self.ring.start()) {
-            self.restore(good);
+        let good = self.befores.pop_back();
+        if good.is_none_or(|good| self.go_back(good).is_err()) {
+            self.reset();
         }
     }
 
-    fn restore(&mut self, checkpoint: Checkpoint) {
-        self.world = checkpoint.world;
-        if let Surfaces::Whole(surfaces) = checkpoint.surfaces {
+    fn go_back(&mut self, to: Before) -> Result<(), SessionError> {
+        let mut world = self.start.world.clone();
+        world.restore(to.world, |_, _| ())?;
+        self.world = world;
+        if let Surfaces::Whole(surfaces) = to.surfaces {
+            if let Some(older) = self.befores.back_mut() {
+                older.complete(&surfaces);
+            }
             self.painter.set_surfaces(surfaces);
         }
-        self.lagging = checkpoint.lagging;
-        self.record.truncate(checkpoint.recorded);
-        self.leads = checkpoint.leads;
-        self.strokes = checkpoint.strokes;
+        self.take_up(to.recorded, to.leads, to.strokes);
+        self.lagging = to.lagging;
+        Ok(())
+    }
+
+    /// Takes up what users do, from where the world stands.
+    fn take_up(&mut self, recorded: usize, leads: Vec<PoseLead>, strokes: usize) {
+        self.lagging.clear();
+        self.record.truncate(recorded);
+        self.leads = leads;
+        self.strokes = strokes;
         self.stroke.clear();
         self.pending.clear();
         // Who gripped then holds no more.

@@ -6,7 +6,7 @@ use phyxel_discretize::Bounds;
 use phyxel_enrich::resampled;
 
 use super::lead::BladeLead;
-use super::{Checkpoint, Session};
+use super::{Before, Session};
 
 /// Strokes that may wait, the one under way included: a user draws far faster than a blade may be driven.
 const MOST_STROKES: usize = 8;
@@ -18,7 +18,7 @@ pub(super) struct Stroke {
     /// The first edge, until it is captured: a blade that never moves leaves nothing behind.
     first: Option<Vec<DVec3>>,
     /// The state before the stroke.
-    before: Option<Checkpoint>,
+    before: Option<Before>,
     /// An edge that is to be captured in the next step.
     due: Option<(StrokePhase, Vec<DVec3>)>,
 }
@@ -69,7 +69,7 @@ impl Session {
     /// Drives the blade for a step (s); the edge that is to be captured in it, one at most.
     pub(super) fn lead_blade(&mut self, step: f64) -> Option<(StrokePhase, Vec<DVec3>)> {
         if self.stroke.front()?.before.is_none() {
-            let before = Some(self.checkpoint());
+            let before = Some(self.before());
             self.stroke.front_mut()?.before = before;
         }
         self.leave_air_out();
