@@ -351,10 +351,15 @@ fn the_link_heals_and_nothing_is_lost_unasked() {
     anew(&mut browser, &(key("r", false) + yes));
     browser.wait("stage.panel.last.strokes === 0");
 
-    // A connection that breaks is opened again, with what the session was.
+    // A connection that breaks is opened again, with what the session was and by the token that openings which fail leave.
     let before = browser.evaluate(BITS);
-    browser.evaluate("window.lost = stage.scene; stage.link.socket.close()");
+    browser.evaluate(
+        "window.lost = stage.scene; window.tries = 0; const fetched = window.fetch; \
+         window.fetch = (...what) => (window.tries++ < 2 ? Promise.reject(new TypeError()) : fetched(...what)); \
+         stage.link.socket.close()",
+    );
     browser.wait("stage.scene !== window.lost && stage.state");
+    assert_eq!(browser.evaluate("window.tries"), json!(3));
     // One answer is one reset, whatever was asked and declined before it.
     assert_eq!(browser.evaluate("stage.scene.epoch"), json!(2));
     assert_eq!(browser.evaluate(BITS), before);
