@@ -290,7 +290,11 @@ fn screen_triangles(
             let id = count(lit.len());
             let normal = a + b + c;
             lit.push(LitTriangle { normal, mesh: m });
-            raster.for_tiles(screen.bounds, |tile| tiles[tile].push((id, screen)));
+            raster.for_tiles(screen.bounds, |tile| {
+                if screen.meets([tile % raster.tiles[0], tile / raster.tiles[0]]) {
+                    tiles[tile].push((id, screen));
+                }
+            });
         }
     }
     (tiles, lit)

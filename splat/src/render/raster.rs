@@ -133,6 +133,18 @@ pub(crate) struct ScreenTriangle {
     pub(crate) bounds: [i32; 4],
 }
 
+impl ScreenTriangle {
+    /// Whether it may cover a sample of a tile (column, row): not if all of that lies beyond one edge.
+    pub(crate) fn meets(&self, tile: [usize; 2]) -> bool {
+        let [x, y] = tile.map(|at| (at * TILE) as f32);
+        let side = TILE as f32;
+        let most = |[constant, along, down]: &[f32; 3]| {
+            constant + (along * x).max(along * (x + side)) + (down * y).max(down * (y + side))
+        };
+        self.edges.iter().all(|edge| most(edge) >= 0.0)
+    }
+}
+
 /// The part of `bounds` in the tile at `origin`, in samples from `origin`: x and y ranges.
 #[inline]
 fn window(bounds: [i32; 4], origin: [i32; 2]) -> [usize; 4] {

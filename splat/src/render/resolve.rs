@@ -35,14 +35,22 @@ pub(crate) struct Shader<'a> {
     pub(crate) meshes: &'a [DrawnMesh],
 }
 
-/// Sums that wait to be lit, up to one for each lane.
+/// Sums that wait to be lit.
+#[derive(Clone, Copy)]
+struct Waiting {
+    sums: SampleSums,
+    gloss: f32,
+    softness: f32,
+    view: Vec3,
+    /// Pixel of the tile, and how much of it.
+    pixel: usize,
+    part: f32,
+}
+
+/// As many as there are lanes, at most.
 struct Queue {
     len: usize,
-    sums: [SampleSums; LANES],
-    gloss: [f32; LANES],
-    view: [Vec3; LANES],
-    /// Pixel of the tile, and how much of it.
-    target: [(usize, f32); LANES],
+    waiting: [Waiting; LANES],
 }
 
 /// A pixel whose samples are to be lit.
@@ -146,40 +154,55 @@ impl Shader<'_> {
         let (index, view) = (pixel.index, pixel.view);
         let part = 1.0 / single(f64::from(self.settings.samples.pow(2)));
         let (mut splatted, mut alike) = (0.0, true);
-        let mut mean: SampleSums = [Vec4::ZERO; 3];
-        let (mut mean_gloss, mut seen) = (0.0, (0, Vec3::ZERO));
+        let splat = |sums: SampleSums, gloss: f32, part: f32| Waiting {
+            sums,
+            gloss,
+            softness: SOFT,
+            view,
+            pixel: index,
+            part,
+        };
+        let mut mean = splat([Vec4::ZERO; 3], 0.0, 0.0);
+        // The triangle seen last, and how much of the pixel shows it.
+        let mut seen = (0, 0.0);
+        let is_over = self.settings.mode == DrawMode::SinglePass;
         for k in pixel.samples.clone() {
-            match self.unlit(buffers, k, pixel.background, view, &mut seen) {
-                Some(color) => colors[index] += color * part,
-                None => {
-                    let s = &buffers.sums()[k];
-                    let per = 1.0 / s[0].w;
-                    if splatted > 0.0 {
-                        let cosine = s[0].truncate().dot(mean[0].truncate()) * per;
-                        alike &= cosine > 0.9 * splatted;
-                    }
-                    for (m, s) in mean.iter_mut().zip(s) {
-                        *m += *s * per;
-                    }
-                    mean_gloss += buffers.gloss()[k] * per;
-                    splatted += 1.0;
+            let (triangle, s) = (buffers.triangle()[k], &buffers.sums()[k]);
+            let mut left = part;
+            if is_over {
+                colors[index] += s[1].truncate() * part;
+                left *= 1.0 - s[1].w;
+            }
+            if triangle > 0 {
+                if triangle != seen.0 {
+                    self.push_triangle(queue, seen, (index, view), colors);
+                    seen = (triangle, 0.0);
                 }
+                seen.1 += left;
+            } else if is_over || buffers.near()[k] == f32::NEG_INFINITY {
+                colors[index] += pixel.background * left;
+            } else {
+                let per = 1.0 / s[0].w;
+                if splatted > 0.0 {
+                    let cosine = s[0].truncate().dot(mean.sums[0].truncate()) * per;
+                    alike &= cosine > 0.9 * splatted;
+                }
+                for (m, s) in mean.sums.iter_mut().zip(s) {
+                    *m += *s * per;
+                }
+                mean.gloss += buffers.gloss()[k] * per;
+                mean.part += part;
+                splatted += 1.0;
             }
         }
+        self.push_triangle(queue, seen, (index, view), colors);
         if splatted > 0.0 && alike {
-            self.push(
-                queue,
-                &mean,
-                mean_gloss,
-                view,
-                (index, splatted * part),
-                colors,
-            );
+            self.push(queue, mean, colors);
         } else if splatted > 0.0 {
             for k in pixel.samples {
                 if buffers.near()[k] > f32::NEG_INFINITY && buffers.triangle()[k] == 0 {
-                    let (sums, gloss) = (&buffers.sums()[k], buffers.gloss()[k]);
-                    self.push(queue, sums, gloss, view, (index, part), colors);
+                    let one = splat(buffers.sums()[k], buffers.gloss()[k], part);
+                    self.push(queue, one, colors);
                 }
             }
         }
@@ -198,47 +221,37 @@ impl Shader<'_> {
         }
     }
 
-    /// The colour of a sample that shows no splat to be lit; a triangle that was `seen` is not lit again.
-    fn unlit(
-        &self,
-        buffers: &TileBuffers,
-        k: usize,
-        background: Vec3,
-        view: Vec3,
-        seen: &mut (u32, Vec3),
-    ) -> Option<Vec3> {
-        if buffers.near()[k] == f32::NEG_INFINITY {
-            return Some(background);
-        }
-        let triangle = buffers.triangle()[k];
-        if triangle > 0 && triangle != seen.0 {
-            let lit = self.lit_triangle(&self.lit[index(triangle - 1)], view);
-            *seen = (triangle, tone(lit));
-        }
-        let under = (triangle > 0).then_some(seen.1);
-        if self.settings.mode == DrawMode::SinglePass {
-            let over = buffers.sums()[k][1];
-            return Some(over.truncate() + under.unwrap_or(background) * (1.0 - over.w));
-        }
-        under
-    }
-
-    /// Queues sums to be lit; lights them where the queue is full.
-    #[inline]
-    fn push(
+    /// Queues a triangle that a pixel shows, numbers from 1 on, and how much of the pixel does.
+    fn push_triangle(
         &self,
         queue: &mut Queue,
-        sums: &SampleSums,
-        gloss: f32,
-        view: Vec3,
-        target: (usize, f32),
+        (triangle, part): (u32, f32),
+        (pixel, view): (usize, Vec3),
         colors: &mut [Vec3],
     ) {
-        let lane = queue.len;
-        queue.sums[lane] = *sums;
-        queue.gloss[lane] = gloss;
-        queue.view[lane] = view;
-        queue.target[lane] = target;
+        let Some(lit) = triangle.checked_sub(1) else {
+            return;
+        };
+        let lit = &self.lit[index(lit)];
+        let mesh = &self.meshes[lit.mesh];
+        let normal = lit.normal.normalize_or(view);
+        let side = if normal.dot(view) < 0.0 { -1.0 } else { 1.0 };
+        let color = mesh.color.extend(mesh.specular);
+        let waiting = Waiting {
+            sums: [(normal * side).extend(1.0), color, Vec4::ZERO],
+            gloss: mesh.shininess,
+            softness: 0.0,
+            view,
+            pixel,
+            part,
+        };
+        self.push(queue, waiting, colors);
+    }
+
+    /// Queues what is to be lit; lights what waits where the queue is full.
+    #[inline]
+    fn push(&self, queue: &mut Queue, waiting: Waiting, colors: &mut [Vec3]) {
+        queue.waiting[queue.len] = waiting;
         queue.len += 1;
         if queue.len == LANES {
             self.flush(queue, colors);
@@ -249,8 +262,8 @@ impl Shader<'_> {
     fn flush(&self, queue: &mut Queue, colors: &mut [Vec3]) {
         let colored = tones(self.lights.shade(&queue.points()));
         let colored = colored.map(|channel| channel.to_array());
-        for (lane, (pixel, part)) in queue.target[..queue.len].iter().enumerate() {
-            colors[*pixel] += Vec3::from_array(colored.map(|channel| channel[lane])) * *part;
+        for (lane, one) in queue.waiting[..queue.len].iter().enumerate() {
+            colors[one.pixel] += Vec3::from_array(colored.map(|channel| channel[lane])) * one.part;
         }
         queue.len = 0;
     }
@@ -267,24 +280,6 @@ impl Shader<'_> {
             shininess: appearance.contribution.shininess,
             softness: SOFT,
         }))
-    }
-
-    /// Linear colour of a point on a tool.
-    fn lit_triangle(&self, t: &LitTriangle, view: Vec3) -> Vec3 {
-        let mesh = &self.meshes[t.mesh];
-        let normal = t.normal.normalize_or(view);
-        self.lights.shade_one(&Point {
-            normal: if normal.dot(view) < 0.0 {
-                -normal
-            } else {
-                normal
-            },
-            view,
-            color: mesh.color,
-            specular: mesh.specular,
-            shininess: mesh.shininess,
-            softness: 0.0,
-        })
     }
 
     /// Unit vector from a sample to the viewer, camera axes (right, up, towards the viewer).
@@ -308,24 +303,32 @@ impl Shader<'_> {
 
 impl Queue {
     fn new() -> Self {
+        let nothing = Waiting {
+            sums: [Vec4::W; 3],
+            gloss: 0.0,
+            softness: 0.0,
+            view: Vec3::Z,
+            pixel: 0,
+            part: 0.0,
+        };
         Self {
             len: 0,
-            sums: [[Vec4::W; 3]; LANES],
-            gloss: [0.0; LANES],
-            view: [Vec3::Z; LANES],
-            target: [(0, 0.0); LANES],
+            waiting: [nothing; LANES],
         }
     }
 
     /// The queued sums, normalised.
     fn points(&self) -> Points {
         let lanes = |part: usize| {
-            let [a, b, c, d] = self.sums.map(|sums| sums[part]);
+            let [a, b, c, d] = self.waiting.each_ref().map(|one| one.sums[part]);
             Mat4::from_cols(a, b, c, d).transpose()
         };
         let [normal, color, point] = [lanes(0), lanes(1), lanes(2)];
         let per = normal.w_axis.recip();
-        let view = [0, 1, 2].map(|k| Vec4::from_array(self.view.map(|view| view[k])));
+        let of = |number: &dyn Fn(&Waiting) -> f32| {
+            Vec4::from_array(self.waiting.each_ref().map(number))
+        };
+        let view = [0, 1, 2].map(|k| of(&|one| one.view[k]));
         let mean = [normal.x_axis, normal.y_axis, normal.z_axis].map(|n| n * per);
         let length = sqrt(mean[0] * mean[0] + mean[1] * mean[1] + mean[2] * mean[2]);
         let known = length.cmpgt(Vec4::ZERO);
@@ -333,7 +336,7 @@ impl Queue {
         let (specular, shininess) = spread_highlight(
             length.min(Vec4::ONE),
             color.w_axis * per,
-            Vec4::from_array(self.gloss) * per,
+            of(&|one| one.gloss) * per,
         );
         let at = [point.x_axis, point.y_axis, point.z_axis].map(|p| p * per);
         Points {
@@ -342,7 +345,7 @@ impl Queue {
             color: [color.x_axis, color.y_axis, color.z_axis].map(|c| c * per),
             specular,
             shininess,
-            softness: SOFT,
+            softness: of(&|one| one.softness),
         }
     }
 }

@@ -18,14 +18,14 @@ pub(crate) struct Point {
     pub(crate) softness: f32,
 }
 
-/// [`LANES`] points of one softness: components one by one, a lane for each point.
+/// [`LANES`] points: components one by one, a lane for each point.
 pub(crate) struct Points {
     pub(crate) normal: [Vec4; 3],
     pub(crate) view: [Vec4; 3],
     pub(crate) color: [Vec4; 3],
     pub(crate) specular: Vec4,
     pub(crate) shininess: Vec4,
-    pub(crate) softness: f32,
+    pub(crate) softness: Vec4,
 }
 
 /// Square roots of the components.
@@ -99,7 +99,6 @@ impl Lights {
 }
 
 impl Points {
-    /// Points of one softness.
     pub(crate) fn of(points: [&Point; LANES]) -> Self {
         let lanes = |of: &dyn Fn(&Point) -> f32| Vec4::from_array(points.map(of));
         let axes = |of: &dyn Fn(&Point) -> Vec3| [0, 1, 2].map(|c| lanes(&|p| of(p)[c]));
@@ -109,7 +108,7 @@ impl Points {
             color: axes(&|p| p.color),
             specular: lanes(&|p| p.specular),
             shininess: lanes(&|p| p.shininess),
-            softness: points[0].softness,
+            softness: lanes(&|p| p.softness),
         }
     }
 }

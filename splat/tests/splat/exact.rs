@@ -313,6 +313,56 @@ fn tools_hide_and_are_hidden() {
     assert!((depth_with(0.0) - 0.7).abs() < 0.01);
 }
 
+/// A triangle across many tiles is seen where rays meet it and nowhere else, in one colour under a distant light and eye,
+/// whichever way round its corners are.
+#[test]
+fn triangles_are_seen_where_rays_meet_them_from_either_side() {
+    let corners = [
+        DVec3::new(-1.1, -0.8, 0.3),
+        DVec3::new(1.2, -0.1, -0.4),
+        DVec3::new(0.1, 0.9, 0.2),
+    ];
+    let [a, b, c] = corners;
+    let normal = (b - a).cross(c - a);
+    let (tissue, splats) = opened_block(true, 0.0);
+    let nothing = SplatView {
+        splats: &[],
+        surfels: &[],
+        colors: &[],
+        clips: &[],
+        ..tissue.view(&splats, &[])
+    };
+    for camera in cameras(DVec3::splat(-1.0), DVec3::ONE) {
+        let [front, back] = [[0, 1, 2], [0, 2, 1]].map(|corner| {
+            let mesh = DrawnMesh::metal(corners.to_vec(), vec![corner]);
+            Renderer::new(settings(DrawMode::ThreePass, 1)).draw(&nothing, &[mesh], &camera)
+        });
+        assert!(front == back, "lit on the side that is seen");
+        let (mut seen, mut colors) = (0, std::collections::HashSet::new());
+        for (k, depth) in front.depth.iter().enumerate() {
+            let (x, y) = ((k % 320) as f64 + 0.5, (k / 320) as f64 + 0.5);
+            let (from, along) = ray(&camera, (320.0, 240.0), (x, y));
+            let at = from + along * ((a - from).dot(normal) / along.dot(normal));
+            let share = |p: DVec3, q: DVec3| (q - p).cross(at - p).dot(normal);
+            let shares = [share(a, b), share(b, c), share(c, a)];
+            let inside = shares.into_iter().fold(f64::INFINITY, f64::min) / normal.length_squared();
+            if inside.abs() > 1e-5 {
+                assert_eq!(depth.is_finite(), inside > 0.0, "pixel {k}: {inside}");
+            }
+            if depth.is_finite() && inside > 1e-5 {
+                let exact = (at - camera.eye).dot(camera.forward);
+                assert!((f64::from(*depth) - exact).abs() < 1e-4 * exact.abs(), "pixel {k}");
+                seen += 1;
+                colors.insert(front.pixels[k]);
+            }
+        }
+        assert!(seen > 500, "{seen} pixels");
+        if matches!(camera.lens, Lens::Orthographic { .. }) {
+            assert_eq!(colors.len(), 1, "{colors:?}");
+        }
+    }
+}
+
 /// Through a gap one sees the body's inside, from behind; nothing else changes.
 #[test]
 fn gaps_show_the_inside() {
