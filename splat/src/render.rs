@@ -288,7 +288,7 @@ fn screen_triangles(
                 Vec3::new(n.x, -n.y, -n.z)
             });
             let id = count(lit.len());
-            let normal = a + b + c;
+            let normal = (a + b + c).normalize_or_zero();
             lit.push(LitTriangle { normal, mesh: m });
             raster.for_tiles(screen.bounds, |tile| {
                 if screen.meets([tile % raster.tiles[0], tile / raster.tiles[0]]) {

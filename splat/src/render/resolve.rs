@@ -20,7 +20,7 @@ pub(crate) struct TilePixels {
 
 /// A triangle in the camera frame, for lighting.
 pub(crate) struct LitTriangle {
-    /// Sum of its corners' normals.
+    /// Mean of its corners' normals, of unit length; zero where they cancel.
     pub(crate) normal: Vec3,
     pub(crate) mesh: usize,
 }
@@ -110,11 +110,12 @@ impl Shader<'_> {
         }
         let mut colors = [Vec3::ZERO; TILE * TILE];
         let mut queue = Queue::new();
+        let in_pixel: Vec<usize> = (0..ss * ss).map(|s| s / ss * TILE + s % ss).collect();
         for py in 0..side {
             let background = self.background(origin[1] + py * ss);
             for px in 0..side {
                 let first = py * ss * TILE + px * ss;
-                let samples = (0..ss * ss).map(|s| first + s / ss * TILE + s % ss);
+                let samples = in_pixel.iter().map(|at| first + at);
                 let near = samples.clone().map(|k| buffers.near()[k]);
                 let nearest = near.fold(f32::NEG_INFINITY, f32::max);
                 if nearest == f32::NEG_INFINITY {
@@ -234,7 +235,8 @@ impl Shader<'_> {
         };
         let lit = &self.lit[index(lit)];
         let mesh = &self.meshes[lit.mesh];
-        let normal = lit.normal.normalize_or(view);
+        let known = lit.normal != Vec3::ZERO;
+        let normal = if known { lit.normal } else { view };
         let side = if normal.dot(view) < 0.0 { -1.0 } else { 1.0 };
         let color = mesh.color.extend(mesh.specular);
         let waiting = Waiting {

@@ -190,8 +190,9 @@ impl Transfer {
         reason = "clamped to the table; NaN gives 0"
     )]
     pub(crate) fn encode(&self, c: Vec3) -> [u8; 3] {
-        c.to_array()
-            .map(|x| self.0[(x.clamp(0.0, 1.0).sqrt() * STEPS as f32 + 0.5) as usize % (STEPS + 1)])
+        let at = sqrt(c.extend(0.0).clamp(Vec4::ZERO, Vec4::ONE)) * STEPS as f32 + 0.5;
+        let [r, g, b, _] = at.to_array();
+        [r, g, b].map(|at| self.0[at as usize % (STEPS + 1)])
     }
 }
 

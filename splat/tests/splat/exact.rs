@@ -351,7 +351,10 @@ fn triangles_are_seen_where_rays_meet_them_from_either_side() {
             }
             if depth.is_finite() && inside > 1e-5 {
                 let exact = (at - camera.eye).dot(camera.forward);
-                assert!((f64::from(*depth) - exact).abs() < 1e-4 * exact.abs(), "pixel {k}");
+                assert!(
+                    (f64::from(*depth) - exact).abs() < 1e-4 * exact.abs(),
+                    "pixel {k}"
+                );
                 seen += 1;
                 colors.insert(front.pixels[k]);
             }
