@@ -217,6 +217,12 @@ fn a_cut_before_the_body_rests_can_be_undone_reset_and_saved() {
     // Shorter than the path of the blade, which nothing follows.
     session.step().unwrap();
     assert_eq!(run_of_saved(&session), steps_and_energies(&session));
+    // One stroke after it came to rest, one before: the start of both is the one that settles.
+    let rested = (positions(&session), session.severed_pairs());
+    cut_middle(&mut session);
+    assert!(session.undo());
+    assert_eq!((positions(&session), session.severed_pairs()), rested);
+    assert!(!session.is_settling());
     assert!(session.undo());
     assert_eq!((positions(&session), session.severed_pairs()), (before, 0));
 }
