@@ -72,7 +72,7 @@ fn benches(c: &mut Criterion) {
                 BatchSize::PerIteration,
             );
         });
-        // What an undo by hand goes back to.
+        // What a program goes back to at once.
         group.bench_function("copy", |b| b.iter(|| black_box(start.clone())));
         group.finish();
     }

@@ -120,7 +120,7 @@ impl World {
     ///
     /// Set-up and steps take the threads of the current `rayon` pool; `ThreadPool::install` chooses another. Steps that are
     /// taken within it keep its threads awake; from outside, each pass waits until they wake. Set-up cannot be
-    /// cancelled and takes most of a minute for 1e6 nodes, so a program that must answer gives it a thread of its own.
+    /// cancelled and takes 20 s to a minute for 1e6 nodes, so a program that must answer gives it a thread of its own.
     ///
     /// # Errors
     /// [`WorldError`] with the value of the scene or the body at fault.

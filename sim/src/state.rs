@@ -97,8 +97,11 @@ impl World {
                 }
             }
         }
-        if let (Some(start), None) = (now.origin, self.now.origin) {
-            self.start_scene_at(start)?;
+        match (now.origin, self.now.origin) {
+            (Some(start), None) => self.start_scene_at(start)?,
+            // It started as it was built: no state has the damping of what moves.
+            (Some(_), Some(_)) => self.set_damping(None)?,
+            (None, _) => {}
         }
         for (body, kept) in self.bodies.iter_mut().zip(&state.bodies) {
             body.weaken_again(&kept.elastic.deficient);
@@ -382,6 +385,22 @@ mod tests {
             let cutting = body.cutting.as_ref().unwrap();
             assert!(cutting.severed_pairs() > 10, "{}", cutting.severed_pairs());
         }
+    }
+
+    /// Users changed the damping of a scene that does not settle.
+    #[test]
+    fn damping_that_users_set_is_part_of_the_state() {
+        let mut scene = viscous("press");
+        scene.integration.settle = None;
+        let mut world = World::new(scene.clone()).unwrap();
+        let action = Action::Damping { rate: 40.0 };
+        world.push(vec![Input { step: 0, action }]).unwrap();
+        for _ in 0..20 {
+            world.step().unwrap();
+        }
+        let mut again = World::new(scene).unwrap();
+        again.restore(world.state(), |_, _| ()).unwrap();
+        assert_alike(&mut world, &mut again, 20);
     }
 
     /// The scene has no cut; a new world of it goes on bitwise from the state of one that a program cut.

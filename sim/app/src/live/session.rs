@@ -31,8 +31,8 @@ const HELPING: usize = 8;
 /// Strokes that can be undone, and what is kept of them together. The newest is kept whatever it takes.
 const MOST: usize = 24;
 const MOST_BYTES: usize = 512 << 20;
-/// Bytes of a state for each node: a checkpoint of 99,413 nodes has 345.
-const NODE_BYTES: usize = 350;
+/// Bytes of a state for each node: checkpoints have 300 (99,413 nodes) to 770 (the liver with contact).
+const NODE_BYTES: usize = 800;
 /// Files of a saved session: the scene, what users did, the state at the end, the score sheet.
 pub(super) const SAVED: [&str; 4] = ["scene.ron", "input.csv", "state.checkpoint", "score.csv"];
 /// A session that cannot start or continue.
@@ -56,14 +56,6 @@ pub enum SessionError {
     Output(#[from] OutputError),
 }
 
-/// Where a session starts.
-#[derive(Debug)]
-struct Start {
-    world: World,
-    surfaces: Vec<DrawnTissue>,
-    leads: Vec<PoseLead>,
-}
-
 /// Surfaces of a state to go back to.
 #[derive(Debug, Clone)]
 enum Surfaces {
@@ -72,11 +64,12 @@ enum Surfaces {
     Changed(Vec<SurfaceChange>),
 }
 
-/// What a session was before a stroke, but for what its start has: going back makes the cuts of then again, bit for bit.
+/// What a session was, but for its world as it was built: going back makes the cuts of then again, bit for bit.
 /// Surfaces, which take longer to grow, are kept: those of the newest, of others what is not so in the next newer.
 #[derive(Debug, Clone)]
 struct Before {
     world: WorldState,
+    steps: u64,
     nodes: usize,
     surfaces: Surfaces,
     /// Pieces of cuts that surfaces lag behind by.
@@ -117,6 +110,16 @@ impl Before {
     }
 }
 
+/// How many states are kept, of their bytes from the newest on.
+fn fitting(newest_first: impl Iterator<Item = usize>) -> usize {
+    let sums = newest_first.scan(0, |sum, bytes| {
+        *sum += bytes;
+        Some(*sum)
+    });
+    let fitting = sums.take(MOST).take_while(|sum| *sum <= MOST_BYTES);
+    fitting.count().max(1)
+}
+
 /// The grip.
 #[derive(Debug)]
 struct HeldGrip {
@@ -141,7 +144,10 @@ pub struct Session {
     pending: Vec<Action>,
     record: Vec<Input>,
     replay: Recording,
-    start: Start,
+    /// The world as it was built.
+    built: World,
+    /// Where a reset leads.
+    start: Before,
     /// Before each of the last strokes, the newest at the end.
     befores: VecDeque<Before>,
     strokes: usize,
@@ -164,13 +170,20 @@ impl Session {
         let pictures = scene.pictures.clone().unwrap_or_default();
         let painter = Painter::new(&world, &pictures)?;
         let leads = (0..scene.tools.len()).map(|tool| PoseLead::new(*world.tool_pose(tool)));
-        let start = Start {
-            world: world.clone(),
-            surfaces: painter.surfaces(),
-            leads: leads.collect(),
+        let leads: Vec<PoseLead> = leads.collect();
+        let start = Before {
+            world: world.state(),
+            steps: 0,
+            nodes: world.bodies().iter().map(|body| body.rest.len()).sum(),
+            surfaces: Surfaces::Whole(painter.surfaces()),
+            lagging: VecDeque::new(),
+            recorded: 0,
+            leads: leads.clone(),
+            strokes: 0,
         };
         Ok(Self {
-            leads: start.leads.clone(),
+            leads,
+            built: world.clone(),
             world,
             painter,
             lagging: VecDeque::new(),
@@ -432,7 +445,7 @@ impl Session {
             self.world.start_scene()?;
             // What users did before is not part of the start: a reset goes back to before it.
             if self.record.is_empty() {
-                self.start.world = self.world.clone();
+                (self.start.world, self.start.steps) = (self.world.state(), self.world.steps());
             }
         }
         Ok(())
@@ -462,15 +475,15 @@ impl Session {
     /// What is kept of a session between two steps.
     fn before(&mut self) -> Before {
         self.lagging.extend(self.world.take_new_pieces());
-        let bodies = self.world.bodies().iter();
         Before {
             world: self.world.state(),
-            nodes: bodies.map(|body| body.rest.len()).sum(),
+            steps: self.world.steps(),
             surfaces: Surfaces::Whole(self.painter.surfaces()),
             lagging: self.lagging.clone(),
             recorded: self.record.len(),
             leads: self.leads.clone(),
             strokes: self.strokes,
+            ..self.start
         }
     }
 
@@ -480,63 +493,74 @@ impl Session {
             older.shrink(&before);
         }
         self.befores.push_back(before);
-        let sum = |all: &VecDeque<Before>| all.iter().map(Before::bytes).sum::<usize>();
-        while self.befores.len() > MOST
-            || (self.befores.len() > 1 && sum(&self.befores) > MOST_BYTES)
+        let kept = fitting(self.befores.iter().rev().map(Before::bytes));
+        self.befores.drain(..self.befores.len() - kept);
+    }
+
+    /// Takes the newest state before a stroke.
+    fn last(&mut self) -> Option<Before> {
+        let last = self.befores.pop_back()?;
+        if let (Surfaces::Whole(surfaces), Some(older)) = (&last.surfaces, self.befores.back_mut())
         {
-            self.befores.pop_front();
+            older.complete(surfaces);
         }
+        Some(last)
     }
 
     /// Goes back to before the last stroke; `false` if there is none, or it is too long ago. It takes as long as all cuts
     /// before took to be made.
-    pub fn undo(&mut self) -> bool {
+    ///
+    /// # Errors
+    /// [`SessionError`] if these cannot be made again, which only a bug does; the session is then as it was.
+    pub fn undo(&mut self) -> Result<bool, SessionError> {
         // Who undoes goes another way than the recording.
         self.replay = Recording::default();
-        let any = !self.befores.is_empty();
-        if any {
-            self.recover();
-        }
-        any
+        let Some(before) = self.last() else {
+            return Ok(false);
+        };
+        let world = self.made_again(&before)?;
+        self.take_up(world, before);
+        Ok(true)
     }
 
     /// Goes back to the start: after settling, or to its beginning while it lasts or where users did something in it.
     pub fn reset(&mut self) {
         self.befores.clear();
-        self.world = self.start.world.clone();
-        self.painter.set_surfaces(self.start.surfaces.clone());
-        self.take_up(0, self.start.leads.clone(), 0);
+        let start = self.start.clone();
+        let world = self.made_again(&start);
+        self.take_up(world.unwrap_or_else(|_| self.built.clone()), start);
     }
 
     /// Goes back to the newest good state, after a step was lost.
     pub fn recover(&mut self) {
-        let good = self.befores.pop_back();
-        if good.is_none_or(|good| self.go_back(good).is_err()) {
-            self.reset();
+        while let Some(before) = self.last() {
+            if let Ok(world) = self.made_again(&before) {
+                return self.take_up(world, before);
+            }
         }
+        self.reset();
     }
 
-    fn go_back(&mut self, to: Before) -> Result<(), SessionError> {
-        let mut world = self.start.world.clone();
-        world.restore(to.world, |_, _| ())?;
+    /// The world of then.
+    fn made_again(&self, before: &Before) -> Result<World, SessionError> {
+        let mut world = self.built.clone();
+        // A world that has taken no step is as it was built: its step's eigenvalue is not yet that of an evaluation.
+        if before.steps > 0 {
+            world.restore(before.world.clone(), |_, _| ())?;
+        }
+        Ok(world)
+    }
+
+    /// Goes on from there.
+    fn take_up(&mut self, world: World, before: Before) {
         self.world = world;
-        if let Surfaces::Whole(surfaces) = to.surfaces {
-            if let Some(older) = self.befores.back_mut() {
-                older.complete(&surfaces);
-            }
+        if let Surfaces::Whole(surfaces) = before.surfaces {
             self.painter.set_surfaces(surfaces);
         }
-        self.take_up(to.recorded, to.leads, to.strokes);
-        self.lagging = to.lagging;
-        Ok(())
-    }
-
-    /// Takes up what users do, from where the world stands.
-    fn take_up(&mut self, recorded: usize, leads: Vec<PoseLead>, strokes: usize) {
-        self.lagging.clear();
-        self.record.truncate(recorded);
-        self.leads = leads;
-        self.strokes = strokes;
+        self.lagging = before.lagging;
+        self.record.truncate(before.recorded);
+        self.leads = before.leads;
+        self.strokes = before.strokes;
         self.stroke.clear();
         self.pending.clear();
         // Who gripped then holds no more.
@@ -589,5 +613,18 @@ impl Session {
     pub fn severed_pairs(&self) -> usize {
         let cuttings = self.world.bodies().iter().flat_map(|body| &body.cutting);
         cuttings.map(phyxel::Cutting::severed_pairs).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_newest_states_stay() {
+        let mib = |sizes: &[usize]| fitting(sizes.iter().map(|size| size << 20));
+        assert_eq!(mib(&[1; 30]), MOST);
+        assert_eq!([mib(&[511, 1, 1]), mib(&[100; 24])], [2, 5]);
+        assert_eq!(mib(&[600, 1]), 1, "whatever it takes");
     }
 }

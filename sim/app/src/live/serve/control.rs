@@ -31,7 +31,7 @@ impl LiveShow {
                 self.begin_epoch();
             }
             Control::Undo => {
-                if self.session.undo() {
+                if self.session.undo()? {
                     self.begin_epoch();
                 } else {
                     self.note(To::One(client), "there is no stroke to undo");

@@ -68,7 +68,8 @@ impl Session {
 
     /// Drives the blade for a step (s); the edge that is to be captured in it, one at most.
     pub(super) fn lead_blade(&mut self, step: f64) -> Option<(StrokePhase, Vec<DVec3>)> {
-        if self.stroke.front()?.before.is_none() {
+        let stroke = self.stroke.front()?;
+        if stroke.first.is_some() && stroke.before.is_none() {
             let before = Some(self.before());
             self.stroke.front_mut()?.before = before;
         }
@@ -91,7 +92,7 @@ impl Session {
             }
             Some(first) => {
                 stroke.due = Some(due);
-                if let Some(before) = stroke.before.clone() {
+                if let Some(before) = stroke.before.take() {
                     self.remember(before);
                 }
                 self.strokes += 1;
