@@ -36,6 +36,12 @@ fn settle(session: &mut Session) {
     }
 }
 
+fn steps(session: &mut Session, count: usize) {
+    for _ in 0..count {
+        session.step().unwrap();
+    }
+}
+
 /// A session with a small liver that has come to rest.
 fn at_rest() -> Session {
     let mut session = Session::new(&liver(300, 1_000)).unwrap();
@@ -444,6 +450,37 @@ fn every_embedded_scene_can_be_taken_in_hand() {
         }
         let at = session.world().tool_pose(last).position;
         assert!(name != "liver" || at == stands, "{at}");
+    }
+}
+
+/// Bodies that lie on each other go on as if the stroke had not been.
+#[test]
+fn a_stroke_through_bodies_that_touch_is_undone() {
+    let changes = [0, 1].map(|body| {
+        [
+            format!("bodies[{body}].sampling.target=Nodes(200)"),
+            format!("bodies[{body}].surfels.target=Count(500)"),
+        ]
+    });
+    let changes = changes.as_flattened().iter();
+    let changes: Vec<Override> = changes.map(|text| Override::parse(text).unwrap()).collect();
+    let scene = phyxel_scene::embedded("stack", &changes).unwrap();
+    let begun = || {
+        let mut session = Session::new(&scene).unwrap();
+        steps(&mut session, 300);
+        session
+    };
+    let all = |session: &Session| [0, 1].map(|body| session.world().positions(body));
+    let (mut session, mut other) = (begun(), begun());
+    let (between, _) = session.world().body_contact().unwrap();
+    assert!(between.iter().any(|sum| sum.normal > 0.0), "they touch");
+    cut_middle(&mut session);
+    assert_ne!(all(&session), all(&other));
+    assert!(session.undo().unwrap());
+    for _ in 0..2 {
+        assert_eq!(all(&session), all(&other));
+        steps(&mut session, 60);
+        steps(&mut other, 60);
     }
 }
 
