@@ -5,8 +5,9 @@ use phyxel::StrokePhase;
 use phyxel_discretize::Bounds;
 use phyxel_enrich::resampled;
 
+use super::Session;
 use super::lead::BladeLead;
-use super::{Before, Session};
+use super::undo::Before;
 
 /// Strokes that may wait, the one under way included: a user draws far faster than a blade may be driven.
 const MOST_STROKES: usize = 8;
