@@ -237,6 +237,8 @@ pub struct ToolInfo {
 pub struct Stats {
     /// Whether time runs.
     pub playing: bool,
+    /// Steps taken; the state after the last of them may still be on its way.
+    pub step: u64,
     /// Whether a recording is played.
     pub replaying: bool,
     /// Whether bodies still come to rest.

@@ -181,6 +181,7 @@ pub(super) fn stats_of(session: &Session, surfels: usize) -> Stats {
     let score = session.score();
     let [_, _, balance] = energies_of(world);
     Stats {
+        step: world.steps(),
         settling: session.is_settling(),
         nodes: world.bodies().iter().map(|body| body.rest.len()).sum(),
         surfels,

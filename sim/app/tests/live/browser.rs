@@ -10,7 +10,7 @@ use serde_json::json;
 use crate::chromium::{Chromium, show};
 use crate::page::{
     Live, anew, drop_of, middle, opened, pause, read_once_there, step, step_until,
-    unloaded_and_paused,
+    unloaded_and_paused, wait_until_still,
 };
 use crate::session::{liver, run_of_files};
 
@@ -86,7 +86,7 @@ fn compare_places(browser: &mut Chromium, scene: &Scene) {
     let off = glam::DVec3::from_array(picked).distance(splats[77].position);
     worst = f64::max(worst, off);
     eprintln!(
-        "carried places: largest difference {:.1e} of the body",
+        "carried places: largest difference {:.1e} of the body at step {steps}",
         worst / size
     );
     assert!(worst < 1e-5 * size, "{worst} m");
@@ -219,10 +219,6 @@ fn save_and_repeat(browser: &mut Chromium, live: &Live) {
     play_again(browser, steps);
 }
 
-fn steps_of(browser: &mut Chromium) -> u64 {
-    browser.evaluate("stage.newest.step").as_u64().unwrap()
-}
-
 /// A recording is opened from the list of scenes, hands wait, the bar leads to its end and back, and the end has the very bits.
 fn play_again(browser: &mut Chromium, steps: u64) {
     let end = browser.evaluate(BITS);
@@ -249,12 +245,8 @@ fn play_again(browser: &mut Chromium, steps: u64) {
     // Steps up to the bar's middle are an estimate; those that are left are counted.
     browser.wait("document.getElementById('past-value').textContent.startsWith('-')");
     browser.evaluate("stage.lookBack(stage.past.now)");
-    browser.wait("!stage.panel.last.playing");
-    // The last state from before it stood may be under way.
-    let mut at = 0;
-    while std::mem::replace(&mut at, steps_of(browser)) != at {
-        std::thread::sleep(std::time::Duration::from_millis(400));
-    }
+    wait_until_still(browser);
+    let at = browser.evaluate("stage.newest.step").as_u64().unwrap();
     step(browser, steps - at);
     assert_eq!(browser.evaluate(BITS), end);
     assert_eq!(browser.evaluate("stage.panel.last.replaying"), json!(false));

@@ -124,7 +124,14 @@ pub(crate) fn anew(browser: &mut Chromium, action: &str) {
         "stage.scene.epoch > {epoch} && stage.state && stage.panel.last"
     ));
     browser.evaluate("stage.link.ask({ do: 'pause' })");
-    browser.wait("!stage.panel.last.playing && !stage.dirty");
+    wait_until_still(browser);
+}
+
+/// Waits until time stands and the last state is drawn: figures overtake states.
+pub(crate) fn wait_until_still(browser: &mut Chromium) {
+    browser.wait(
+        "!stage.panel.last.playing && stage.panel.last.step === stage.newest.step && !stage.dirty",
+    );
 }
 
 /// A scene on a page, where there is a browser.
@@ -145,7 +152,7 @@ pub(crate) fn pause(browser: &mut Chromium) {
     browser.evaluate(
         "stage.quality.pinned = 1; stage.renderer.ground = false; stage.link.ask({ do: 'pause' })",
     );
-    browser.wait("!stage.panel.last.playing");
+    wait_until_still(browser);
 }
 
 /// A small liver without load on a page whose time stands.
