@@ -123,6 +123,19 @@ enum Kind {
     Tetrahedra(Vec<([[u32; LANES]; 4], [Vector; 3], Wide)>),
 }
 
+/// Corners of the cells of a lattice, cells and corners along x first.
+pub fn boxes([nx, ny, nz]: [u32; 3]) -> Vec<[u32; 8]> {
+    let number = |i: u32, j: u32, k: u32| i + (nx + 1) * (j + (ny + 1) * k);
+    let mut elements = Vec::new();
+    for (k, j) in (0..nz).flat_map(|k| (0..ny).map(move |j| (k, j))) {
+        for i in 0..nx {
+            let corner = |a: u32| number(i + (a & 1), j + (a >> 1 & 1), k + (a >> 2));
+            elements.push([0, 1, 2, 3, 4, 5, 6, 7].map(corner));
+        }
+    }
+    elements
+}
+
 /// Elements of a lattice, forces of finite strain.
 #[derive(Debug, Clone)]
 pub struct Lanes {
@@ -138,15 +151,11 @@ pub struct Lanes {
 impl Lanes {
     /// Hexahedra between the nodes of a lattice of `cells`, along x first.
     pub fn hexahedra(rest: &[DVec3], cells: [u32; 3], solid: Solid) -> Self {
-        let [nx, ny, nz] = cells;
-        let number = |i: u32, j: u32, k: u32| i + (nx + 1) * (j + (ny + 1) * k);
-        let mut elements = Vec::new();
-        for (k, j) in (0..nz).flat_map(|k| (0..ny).map(move |j| (k, j))) {
-            for i in 0..nx {
-                let corner = |a: u32| number(i + (a & 1), j + (a >> 1 & 1), k + (a >> 2));
-                elements.push([0, 1, 2, 3, 4, 5, 6, 7].map(corner));
-            }
-        }
+        Self::boxes(rest, &boxes(cells), solid)
+    }
+
+    /// Hexahedra that are boxes of one size, corners as [`boxes`] has them.
+    pub fn boxes(rest: &[DVec3], elements: &[[u32; 8]], solid: Solid) -> Self {
         let blocks = elements.chunks(LANES).map(|part| {
             let is_one = std::array::from_fn(|l| f64::from(u8::from(l < part.len())));
             (lanes_of(part), Wide(is_one))
@@ -202,6 +211,11 @@ impl Lanes {
     /// Forces (N) at positions (m) into `forces`.
     pub fn explicit_into(&self, positions: &[DVec3], forces: &mut [DVec3]) {
         forces.fill(DVec3::ZERO);
+        self.add_explicit(positions, forces);
+    }
+
+    /// Adds forces (N) at positions (m) to `forces`.
+    pub fn add_explicit(&self, positions: &[DVec3], forces: &mut [DVec3]) {
         self.arch.dispatch(Pass {
             lanes: self,
             positions,

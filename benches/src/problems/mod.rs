@@ -11,6 +11,7 @@ pub mod elements;
 pub mod indentation;
 pub mod lanes;
 pub mod model;
+pub mod opening;
 pub mod reference;
 pub mod solid;
 

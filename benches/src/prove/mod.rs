@@ -50,6 +50,7 @@ pub const CLAIMS: &[Claim] = claims! {
     "hertz" studies::hertz, "the study hertz: a sphere on a block, against finite elements and a half-space";
     "invariance" invariance::invariance, "what a cut releases does not depend on how a scene is given";
     "field" studies::field, "the study field: displacements are read nearer to finite elements than nodes have them";
+    "opening" studies::opening, "the study opening: a dynamic cut at finite strain, against finite elements";
     "contact" studies::contact, "the study contact: flanks, spheres, bars, sliding";
     "touch" touch::touch, "hard cases of bodies and flanks that touch";
     "real-meshes" real_meshes::real_meshes, "real organ meshes are sampled well at four sizes";

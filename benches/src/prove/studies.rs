@@ -87,6 +87,24 @@ pub(super) fn contact(proof: &mut Proof) {
     proof.below("momentum lost by bars", momentum, 1e-12);
 }
 
+pub(super) fn opening(proof: &mut Proof) {
+    let findings = study("opening");
+    for (figure, limits) in [
+        // At 4 and 6 spacings over the depth; found are 3.0 and 1.9 %, 2.1 and 1.1 %, 5.2 and 4.1 %, 1.5 %.
+        ("opening over time", [3.4, 2.2]),
+        ("error of the opening at rest", [2.5, 1.5]),
+        ("error of what is released", [6.0, 4.8]),
+        ("error of what is stored before", [1.8, 1.8]),
+    ] {
+        let errors = entries(&findings, "cut", figure);
+        let errors = errors.iter().filter(|(row, _)| row[1].word() == "phyxel");
+        for (count, (row, error)) in errors.enumerate() {
+            let name = format!("{}, {} over the depth, {figure}, %", label(row), row[2]);
+            proof.below(name, error.abs(), limits[count % 2]);
+        }
+    }
+}
+
 pub(super) fn beam(proof: &mut Proof) {
     let findings = study("beam");
     let errors = numbers(&findings, "deflection", "error", []);

@@ -10,6 +10,7 @@ mod crack;
 mod field;
 mod figures;
 mod hertz;
+mod opening;
 mod sag;
 mod splat;
 
@@ -78,6 +79,8 @@ pub const STUDIES: &[Study] = studies! {
         "how far off are forces, times and distances of deformable bodies in contact?";
     "crack" crack::run, "Cracks with a known answer",
         "how far off are stress intensity and opening of a cut, and what does it cost?";
+    "opening" opening::run, "A body cut while it is drawn out",
+        "how far off are opening and energy of a dynamic cut at finite strain, against finite elements?";
     "chapter6" chapter6::run, "The dissertation's chapter 6 again",
         "how do its model and phyxel do on its bodies: error, speed, energy of the cuts?";
     "splat" splat::run, "Surfaces drawn as splats",
