@@ -9,6 +9,7 @@ mod hard;
 mod machine;
 mod options;
 mod properties;
+mod release;
 mod smoothed;
 
 use super::*;
