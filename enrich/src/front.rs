@@ -9,6 +9,7 @@
 mod step;
 mod strip;
 mod swept;
+mod tear;
 #[cfg(test)]
 mod tests;
 
@@ -75,6 +76,8 @@ pub(crate) struct Front {
     /// Distance of the nodes (m).
     spacing: f64,
     samples: Vec<EdgeSample>,
+    /// Unit vector of where the blade drives the front as a whole; zero while unknown.
+    heading: DVec3,
     /// First and last point (m) of the line at which the sheet began, and of the front when it moved last, also those
     /// beyond the surface; `None` if there is no sheet yet.
     pub(crate) line: Option<[[DVec3; 2]; 2]>,
@@ -89,6 +92,8 @@ struct EdgeSample {
     last: Option<EdgePlace>,
     /// Path length (m) of the blade in the world since the anchor moved.
     way: f64,
+    /// Whether the anchor has torn away from the blade.
+    torn: bool,
 }
 
 /// Where the front is that belongs to a sample.
@@ -121,10 +126,12 @@ impl Front {
             joined: false,
             last: None,
             way: 0.0,
+            torn: false,
         };
         Self {
             spacing,
             samples: vec![sample; samples],
+            heading: DVec3::ZERO,
             line: None,
         }
     }
@@ -151,6 +158,7 @@ impl Front {
         let mut line = self.line.iter().flatten().flatten();
         self.spacing > 0.0
             && self.spacing.is_finite()
+            && self.heading.is_finite()
             && line.all(|x| x.is_finite())
             && (self.samples.iter()).all(|s| s.way.is_finite() && is_finite(s))
             && self.samples.iter().enumerate().all(hangs)
@@ -191,7 +199,12 @@ impl Front {
                 .map(|k| self.step(k, places[k], &around))
                 .collect()
         };
+        self.hold_torn(&mut steps);
         self.refuse_turns(&mut steps);
+        self.turn(places);
+        for (step, sample) in steps.iter().zip(&mut self.samples) {
+            sample.torn &= *step == Step::Stay;
+        }
         let patch = self.take(cuts, &steps, places, inside)?;
         for (sample, place) in self.samples.iter_mut().zip(places) {
             sample.last = Some(*place);

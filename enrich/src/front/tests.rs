@@ -325,3 +325,69 @@ fn the_edge_that_is_carried_on_lies_across_the_way() {
         assert!(area > 0.4, "{point}: {patch:?}");
     }
 }
+
+/// A front that tears on from inside of a block severs it, straight, by half a spacing at a time; the blade that comes after finds
+/// the gap.
+#[test]
+fn a_front_that_tears_severs_the_block() {
+    let block = Cloud::block();
+    for (x, end) in [(0.3, 0.2), (-1.4, 1.7), (2.2, -0.6)] {
+        let mut cuts = Cuts::new(&CutSettings::for_spacing(1.0));
+        let mut front = Front::new(13, 1.0);
+        drive(&mut front, &mut cuts, &down(x, end));
+        assert_eq!(pieces(&block, &cuts), [343]);
+        let everywhere = |[_, ahead, along]: [DVec3; 3]| {
+            assert!(ahead.distance(-DVec3::Z) < 1e-12 && along.distance(DVec3::Y) < 1e-9);
+            true
+        };
+        for tears in 0.. {
+            let tearing: Vec<bool> = front.tearing(&everywhere).collect();
+            if !tearing.contains(&true) {
+                let most = ((end + HALF) / 0.5).ceil();
+                assert!((f64::from(tears) - most).abs() <= 1.0, "{tears} of {most}");
+                break;
+            }
+            front.tear(&mut cuts, &tearing, 0.5, &inside).unwrap();
+            assert!(front.is_sound());
+        }
+        assert_eq!(pieces(&block, &cuts).len(), 2, "x {x}");
+        assert!(folds(&cuts).0 < 1.0 + 1e-9, "x {x}: {:?}", folds(&cuts));
+    }
+}
+
+/// Where it tears in part of its width alone it goes on there; the blade moves the rest, and what has torn once it is past that.
+#[test]
+fn a_blade_passes_what_has_torn() {
+    let block = Cloud::block();
+    let mut cuts = Cuts::new(&CutSettings::for_spacing(1.0));
+    let mut front = Front::new(13, 1.0);
+    drive(&mut front, &mut cuts, &down(0.3, 1.2));
+    for _ in 0..3 {
+        let tearing = front.tearing(&|[at, ..]| at.y > 0.5).collect::<Vec<_>>();
+        front.tear(&mut cuts, &tearing, 0.5, &inside).unwrap();
+    }
+    let crosses = |cuts: &Cuts, y: f64, z: f64| {
+        let at = DVec3::new(0.3, y, z);
+        cuts.crosses(at - DVec3::X * 0.3, at + DVec3::X * 0.3)
+    };
+    let torn = [[1.4, 0.1], [1.4, -0.6], [-1.4, 1.4], [-1.4, 0.1]];
+    let torn = torn.map(|[y, z]| crosses(&cuts, y, z));
+    assert_eq!(torn, [true, false, true, false]);
+    // Beside the tear the blade begins nothing.
+    let flank = |x: f64| places(&edge(x, 1.0), &edge(x, 0.6));
+    let added = front.advance(&mut cuts, &flank(1.7), 0.45, &inside);
+    assert!(added.unwrap().triangles.is_empty());
+    let path = even(1.2, -5.0, |z| edge(0.3, z));
+    let mut last = &path[0];
+    for now in &path {
+        let mut places = places(last, now);
+        for place in places.iter_mut().filter(|_| now[0].z > -0.3).skip(7) {
+            *place = in_gap(vec![*place])[0];
+        }
+        front.advance(&mut cuts, &places, 0.45, &inside).unwrap();
+        last = now;
+    }
+    let sizes = pieces(&block, &cuts);
+    assert_eq!(sizes.len(), 2, "{sizes:?}");
+    assert!(folds(&cuts).0 < 1.0 + 1e-9, "{:?}", folds(&cuts));
+}
