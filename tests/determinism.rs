@@ -9,7 +9,7 @@ use phyxel_cli::run::{CHECKPOINT, RunError, RunOptions, RunState, Summary, repla
 
 use crate::Files;
 
-/// A block that hangs, is cut through and pushed while it settles into motion, touches itself, and is drawn.
+/// A block that hangs, is cut through, tears and is pushed while it settles into motion, touches itself, and is drawn.
 const SCENE: &str = include_str!("determinism.ron");
 
 fn scene() -> Scene {

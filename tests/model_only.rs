@@ -105,6 +105,7 @@ fn a_choice_of_model_changes_its_own_part() {
         (viscosity, &["viscosity"]),
         ("material: (stabilization: 0)", &["elasticity"]),
         ("material: (dilatation: Mean)", &["elasticity"]),
+        ("material: (toughness: 100)", &[]),
         ("cut_rule: Grid()", &[]),
         (inclusion, &["elasticity"]),
     ] {

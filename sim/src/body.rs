@@ -89,6 +89,8 @@ pub struct Body {
     pub relaxed: f64,
     /// How a cut weakens pairs.
     pub(crate) cut_rule: CutRule,
+    /// Energy (J/m²) that tearing takes up per area; `None` if it never tears.
+    pub(crate) toughness: Option<f64>,
     /// What tools touch of the uncut body.
     pub(crate) tool_surface: ToolSurface,
     /// What cuts need: present from the first capture of a blade.
@@ -186,6 +188,7 @@ impl Body {
             damping: description.damping,
             relaxed: 0.0,
             cut_rule: description.cut_rule,
+            toughness: description.material.toughness,
             tool_surface,
             cutting: None,
             contacts: Vec::new(),

@@ -389,6 +389,7 @@ impl World {
             self.watch_overlaps();
         }
         self.capture_blades(number)?;
+        self.tear(number)?;
         self.hold(number)?;
         let step = self.next_step();
         let end = self.scene_time().map(|now| now + step);

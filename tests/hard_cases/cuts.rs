@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use phyxel::World;
+use phyxel_scene::{Override, embedded};
 use testkit::cloud::Random;
 use testkit::tol::assert_below;
 
@@ -26,6 +27,48 @@ fn slivers_part_a_block_as_one_cut_does() {
     assert_eq!(pieces(&one), pieces(&three));
     assert_eq!(severed(&one), severed(&three));
     audit_closes(&three, 0.02);
+}
+
+/// A blade stops in the middle of a block that pulls apart: of little toughness it tears off; of more, or none given, it
+/// hangs on.
+#[test]
+fn a_block_tears_from_where_the_blade_stopped() {
+    let torn = |toughness: &str| {
+        let body = BLOCK.replace(
+            "youngs_modulus: 2e4",
+            &format!("youngs_modulus: 2e3{toughness}"),
+        );
+        let (from, to) = (DVec3::X * -0.03, DVec3::X * -0.004);
+        let edge = DVec3::Y * 0.08;
+        let mut world = cut(&body, &[stroke("half", edge, from, to, [0.05, 0.15])]);
+        play(&mut world, 0.4).expect("it runs");
+        audit_closes(&world, 0.01);
+        (pieces(&world), severed(&world))
+    };
+    let [given, tough, weak] = ["", ", toughness: 100", ", toughness: 1"].map(torn);
+    assert_eq!((given.0.len(), &tough), (1, &given));
+    let sizes = weak.0;
+    assert!(sizes.len() == 2 && sizes[1] > 150, "{sizes:?}");
+    assert!(weak.1 > given.1, "{} and {} pairs", weak.1, given.1);
+}
+
+/// A soft block that hangs stretched twofold narrows while it is cut, so that the blade's edge leaves it at its sides: nothing is left
+/// there when it tears.
+#[test]
+fn a_block_that_narrows_tears_at_its_sides_too() {
+    let changes = [
+        "bodies[0].material.youngs_modulus=2000",
+        "bodies[0].material.toughness=10",
+        "pictures=None",
+    ];
+    let changes = changes.map(|change| Override::parse(change).expect("it is one"));
+    let mut scene = embedded("block", &changes).expect("it is there");
+    scene.cuts.truncate(1);
+    scene.integration.duration = 0.9;
+    let mut world = World::new(scene).expect("it is valid");
+    world.play(0.9, |_| {}).expect("it runs");
+    let sizes = pieces(&world);
+    assert!(sizes.len() == 2 && sizes[1] > 300, "{sizes:?}");
 }
 
 #[test]
