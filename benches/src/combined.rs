@@ -164,6 +164,9 @@ fn law(random: &mut Random, half: DVec3, body: &mut Body) {
             relaxation_time: between_log(random, [1e-3, 10.0]),
         });
     }
+    if random.chance(0.2) {
+        material.toughness = Some(between_log(random, [1.0, 300.0]));
+    }
     if random.chance(0.25) {
         let center = half * random.vector(0.5);
         let radius = half.min_element() * random.range(0.4, 0.9);

@@ -2,7 +2,9 @@
 //! the energy release rate.
 
 use glam::DVec3;
+use phyxel::World;
 use phyxel::scene::{Body, Cut, Key, Region, Scene, Shape, Support, Target};
+use phyxel_elastic::CrackFront;
 use serde::Serialize;
 
 use crate::row::Row;
@@ -30,8 +32,12 @@ const DAMPING: f64 = 30.0;
 /// `K = √12 P h^-3/2 (a/h + 0.673)`: the length by which an arm's root acts longer, in its heights
 /// (Foote and Buchwald 1985).
 const ROOT: f64 = 0.673;
+/// Radius (spacings) around the cut's end in which its energy release rate is taken, as scenes do where tissue tears.
+const FRONT: f64 = 4.0;
 /// Largest deviation of the energy released per area from the energy release rate.
 pub const DEVIATION: f64 = 0.05;
+/// The same of what the stress around the cut's end says, and of where a tear ends.
+const BY_DOMAIN: f64 = 0.2;
 
 /// What was found at one fineness.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -47,6 +53,10 @@ pub struct Finding {
     pub ratio_of_closed_form: f64,
     /// Fraction of that loss that the updates themselves took; the rest went into motion and was damped.
     pub by_updates: f64,
+    /// Energy release rate at the cut's end by the stress around it, over that of the load.
+    pub by_domain: f64,
+    /// A cut that tears by itself until its energy release rate is the toughness: that of the load where it ends, over it.
+    pub torn: f64,
     /// The run's figures.
     #[serde(skip)]
     pub row: Row,
@@ -105,11 +115,15 @@ pub fn scene(spacings: f64) -> Scene {
 /// Cuts the double cantilever with `spacings` across an arm.
 pub fn measure(spacings: f64) -> Finding {
     let mut before = (0.0, 0.0);
+    let mut by_domain = 0.0;
     let name = format!("double cantilever, {spacings} across an arm");
     let row = run_with(&name, scene(spacings), Options::default(), |world| {
         if world.scene_time().is_some_and(|time| time < BEGINS) {
             let audit = world.bodies()[0].motion().audit();
             before = (audit.elastic, audit.energy_correction);
+        }
+        if world.is_over() {
+            by_domain = rate(world, CRACK[1]);
         }
     });
     let [first, last] = CRACK.map(energy);
@@ -118,12 +132,54 @@ pub fn measure(spacings: f64) -> Finding {
     let of_load = before.0 * (1.0 - last / first);
     Finding {
         spacings,
+        by_domain,
+        torn: tear(spacings),
         stored: before.0 / first,
         ratio: lost / of_load,
         ratio_of_closed_form: lost / (first - last),
         by_updates: (row.released + before.1) / lost,
         row,
     }
+}
+
+/// Tears the double cantilever, whose toughness is the closed form's energy release rate of the longer crack: that of the load
+/// where the tear ends, over the toughness; not a number if the run fails.
+fn tear(spacings: f64) -> f64 {
+    let mut scene = scene(spacings);
+    scene.cuts.truncate(1);
+    let long = CRACK[1] + ROOT * ARM;
+    let toughness = 3.0 * energy(CRACK[1]) / (WIDTH * long);
+    scene.bodies[0].material.toughness = Some(toughness);
+    let mut torn = f64::NAN;
+    let name = format!("torn cantilever, {spacings} across an arm");
+    let row = run_with(&name, scene, Options::default(), |world| {
+        let body = &world.bodies()[0];
+        let vertices = body
+            .cutting
+            .iter()
+            .flat_map(|cutting| cutting.cuts.surface().0);
+        let end = vertices.map(|at| at.x).fold(f64::NEG_INFINITY, f64::max);
+        let long = end + 0.5 * LENGTH + ROOT * ARM;
+        torn = 3.0 * body.motion().audit().elastic / (WIDTH * long) / toughness;
+    });
+    if row.ended { torn } else { f64::NAN }
+}
+
+/// Energy release rate at the end of a crack (m) by the stress around it, over that of the load.
+fn rate(world: &World, crack: f64) -> f64 {
+    let body = &world.bodies()[0];
+    let front = CrackFront {
+        at: DVec3::X * (crack - 0.5 * LENGTH),
+        ahead: DVec3::X,
+        along: DVec3::Y,
+    };
+    let inside = |x| body.solid.contains(x);
+    let found = body
+        .elastic()
+        .energy_release_rate(&front, FRONT * body.spacing, inside);
+    // G = 3 P δ / (2 b A), P = 2 U / δ.
+    let stored = body.motion().audit().elastic;
+    found / (3.0 * stored / (WIDTH * (crack + ROOT * ARM)))
 }
 
 /// What exceeds a limit, in words.
@@ -138,6 +194,17 @@ pub fn breaches(finding: &Finding) -> Vec<String> {
             "{}: releases {:.3} of the energy release rate",
             row.scene, finding.ratio
         ));
+    }
+    for (what, ratio) in [
+        ("the stress there says", finding.by_domain),
+        ("a tear ends at", finding.torn),
+    ] {
+        if ratio.is_nan() || (ratio - 1.0).abs() > BY_DOMAIN {
+            found.push(format!(
+                "{}: {what} {ratio:.3} of the energy release rate",
+                row.scene
+            ));
+        }
     }
     // Round-off of sums over the body.
     if row.added > 1e-9 {
