@@ -10,7 +10,6 @@ use phyxel_enrich::{
 };
 use phyxel_mls::{GradientStencils, Neighborhoods};
 
-use super::intrinsic::{Mechanics, Rows};
 use super::plate::Plate;
 use super::{POISSON, YOUNG, opening};
 use crate::StudyError;
@@ -25,8 +24,6 @@ pub enum Form {
     Grid(GridForm),
     /// Mean of both directions of the product over the strip's pieces, Aras 2014, eq. (38).
     Pieces,
-    /// Visibility, and near the tips the intrinsic basis of Aras 2014, eqs (31)–(33).
-    Intrinsic,
 }
 
 impl Form {
@@ -34,14 +31,13 @@ impl Form {
     pub const DIFFRACTION: Self = Self::Rule(Rule::Diffraction);
 
     /// All forms that are compared.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 6] = [
         Self::DIFFRACTION,
         Self::Rule(Rule::Visibility),
         Self::Grid(GridForm::OneSided),
         Self::Grid(GridForm::OneSidedMean),
         Self::Grid(GridForm::Product),
         Self::Pieces,
-        Self::Intrinsic,
     ];
 
     /// Name in tables.
@@ -53,7 +49,6 @@ impl Form {
             Self::Grid(GridForm::OneSided) => "grid, one-sided",
             Self::Grid(GridForm::OneSidedMean) => "grid, one-sided mean",
             Self::Pieces => "product over pieces",
-            Self::Intrinsic => "intrinsic basis",
             Self::Rule(_) | Self::Grid(_) => "another rule",
         }
     }
@@ -70,8 +65,6 @@ pub struct CutBody<'a> {
     pub factors: Vec<f64>,
     /// Times (s): what is set up once per body, the factors of the cut, the rows after them.
     pub seconds: [f64; 3],
-    /// Gradients that are not those of the stencils.
-    rows: Option<Rows>,
 }
 
 impl<'a> CutBody<'a> {
@@ -95,19 +88,11 @@ impl<'a> CutBody<'a> {
         let mut stencils = body.block.stencils.clone();
         let start = Instant::now();
         stencils.update_rows(x, graph, |pair| factors[pair], &touched)?;
-        let mut rows = None;
-        if form == Form::Intrinsic {
-            rows = Rows::new(body, cuts, blades, &stencils);
-            if rows.is_none() {
-                return Ok(None);
-            }
-        }
         Ok(Some(Self {
             body,
             stencils,
             factors,
             seconds: [set_up, weighed, start.elapsed().as_secs_f64()],
-            rows,
         }))
     }
 
@@ -122,17 +107,7 @@ impl<'a> CutBody<'a> {
     /// Displacements (m) under nodal forces (N) along the axes that `free` has, see [`small_displacements`].
     pub fn solve(&self, forces: &[DVec3], free: DVec3) -> Result<Vec<DVec3>, StudyError> {
         let rest = &self.body.block.rest;
-        match &self.rows {
-            Some(rows) => {
-                let mut law = Mechanics {
-                    body: self.body,
-                    stencils: &self.stencils,
-                    rows,
-                };
-                small_displacements(&mut law, rest, forces, |_| free)
-            }
-            None => small_displacements(&mut law(&mut self.elastic()?), rest, forces, |_| free),
-        }
+        small_displacements(&mut law(&mut self.elastic()?), rest, forces, |_| free)
     }
 
     /// Displacement gradients at the nodes.
@@ -141,9 +116,6 @@ impl<'a> CutBody<'a> {
         let written_out = self.stencils.pair_gradients(rest, graph);
         (0..u.len())
             .map(|i| {
-                if let Some(rows) = &self.rows {
-                    return rows.gradient(u, i);
-                }
                 let mut sum = DMat3::ZERO;
                 for (pair, &j) in graph.pairs(i).zip(graph.row(i)) {
                     let du = u[j as usize] - u[i];
@@ -180,7 +152,6 @@ fn factors(
     let coupled = body.coupled();
     let rule = match form {
         Form::Rule(rule) => rule,
-        Form::Intrinsic => Rule::Visibility,
         _ => Rule::Diffraction,
     };
     let settings = FactorSettings {
@@ -191,14 +162,14 @@ fn factors(
     let mut pairs = PairFactors::new(&coupled, &settings);
     // Of the set-up, the forms other than rules use the influence radii only.
     let reach: Vec<f64> = match form {
-        Form::Rule(_) | Form::Intrinsic => Vec::new(),
+        Form::Rule(_) => Vec::new(),
         _ => (0..body.block.rest.len())
             .map(|node| settings.influence_radius.of(&coupled, node))
             .collect(),
     };
     let start = Instant::now();
     let factors = match form {
-        Form::Rule(_) | Form::Intrinsic => {
+        Form::Rule(_) => {
             let inside = |p| body.inside(p);
             pairs.update(&coupled, cuts, 0..cuts.triangle_count(), &inside);
             pairs.to_vec()

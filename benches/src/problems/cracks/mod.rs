@@ -2,7 +2,6 @@
 
 mod cut_body;
 mod field;
-mod intrinsic;
 mod plate;
 mod problems;
 pub mod references;
