@@ -1,10 +1,9 @@
 //! The 2 m cube under a sphere by finite elements: the reference, computed where it is wanted.
 
 use glam::{BVec2, DVec2, DVec3};
-use phyxel_integrate::ForceLaw;
 
 use super::elements::{Elements, Order, displacements};
-use super::indentation::{EDGE, Press, SMALL, SOFT, between_planes, grade, held, on_top};
+use super::indentation::{EDGE, Press, SMALL, SOFT, between_planes, grade, held};
 use super::solid::Solid;
 use crate::StudyError;
 
@@ -89,38 +88,6 @@ impl Reference {
         }
         f64::sqrt(error / size)
     }
-
-    /// Displacements (m) of the finer lattice with the sides and the bottom fixed and a field given on the
-    /// top, even in x and y; the answer is read at points of the whole cube.
-    pub fn with_top(
-        &self,
-        top: impl Fn(DVec3) -> DVec3,
-    ) -> Result<impl Fn(DVec3) -> DVec3, StudyError> {
-        let mut body = self.fine.body.clone();
-        let rest = body.rest.clone();
-        let mut supports = between_planes(&rest, EDGE, held);
-        let mut moved = vec![DVec3::ZERO; rest.len()];
-        for (node, x) in (0_u32..).zip(&rest) {
-            if on_top(*x) && !held(*x) {
-                moved[node as usize] = top(*x);
-                supports.fix(node);
-            }
-        }
-        let forces = pulled(&mut body, &rest, &moved);
-        let inner = body.solve(&supports, &forces)?;
-        for (moved, inner) in moved.iter_mut().zip(inner) {
-            *moved += inner;
-        }
-        Ok(move |at| mirrored(&body, &moved, at))
-    }
-}
-
-/// Forces (N) on a body's nodes at rest that stand in for `moved` (m) of some of them.
-pub(crate) fn pulled(body: &mut impl ForceLaw, rest: &[DVec3], moved: &[DVec3]) -> Vec<DVec3> {
-    let mut forces = vec![DVec3::ZERO; moved.len()];
-    body.forces_into(rest, &mut forces);
-    body.tangent_product_into(moved, &mut forces);
-    forces.iter().map(|force| -*force).collect()
 }
 
 fn quarter(cells: u32, solid: Solid) -> Result<Press<Elements>, StudyError> {

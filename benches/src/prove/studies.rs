@@ -167,21 +167,10 @@ pub(super) fn hertz(proof: &mut Proof) {
     proof.below("half-space, %", space[0].1.abs(), 6.0);
     let (_, blocks) = &entries(&findings, "half-space", "block")[0];
     proof.above("size of the half-space", *blocks, 40.0);
-    // Displacements: the sphere, and no sphere but a field given on the top, leave what alternates.
+    // Displacements of nodes alternate from layer to layer: the study `field` reads them without that.
     let (table, even) = ("convergence", ["default, even"]);
     let norm = numbers(&findings, table, "norm of the error", even);
     proof.below("norm of displacements, %", norm[1], norm[0].min(30.0));
-    let inside = |load, model, heading| numbers(&findings, "alternating", heading, [load, model]);
-    for load in ["smooth field", "the reference's"] {
-        let given = |what: &str| format!("{load} given on the top: {what}");
-        let [default, stiff, elements] =
-            ["0.1", "control 1", "elements"].map(|model| inside(load, model, "error inside"));
-        proof.below(given("fine"), default[1], 0.6 * default[0]);
-        proof.below(given("control 1"), stiff[1], 0.35 * default[1]);
-        proof.below(given("elements"), elements[1], 0.2 * default[1]);
-        let averaged = inside(load, "0.1", "averaged");
-        proof.below(given("averaged"), averaged[1], 0.5 * default[1]);
-    }
     // What the sphere presses with when it is let go is what it was pushed with.
     let carried = entries(&findings, "released", "force over push")[0].1;
     proof.within("force over push", carried, 1.0, 1e-2);

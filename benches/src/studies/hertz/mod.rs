@@ -1,7 +1,6 @@
 //! A sphere on a block: force, contact radius and pressure, by the default model and by the
 //! dissertation's.
 
-mod norm;
 mod released;
 mod space;
 
@@ -144,16 +143,9 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
     let mut reference = Reference::new(effort.choose([12, 16], [8, 12]))?;
     let (table, curves) = force_curves(effort, &mut reference)?;
     let (convergence, converging) = convergence(effort, &mut reference)?;
-    let (alternating, by_control) = norm::table(effort, &reference)?;
     let released = released::table(effort, &mut reference)?;
     let spaces = space::press(effort)?;
-    let tables = vec![
-        convergence,
-        table,
-        alternating,
-        released,
-        space::table(&spaces),
-    ];
+    let tables = vec![convergence, table, released, space::table(&spaces)];
     let mut plots = plots![
         "curves" "Force against indentation, sphere of 1 m (figs 69 and 72)",
             linear "indentation (m)", linear "force (N)" => curves;
@@ -164,11 +156,10 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
             linear "distance from the middle (contact radii)",
             linear "pressure over Hertz's largest (1)" => space::pressures(&spaces);
     ]);
-    plots.extend(by_control);
     Ok(Report::new(&WORDS, tables, plots))
 }
 
-const WORDS: [&str; 6] = [
+const WORDS: [&str; 5] = [
     "A cube of 2 m (E 10 kPa, nu 0.3), sides and bottom held, a frictionless rigid sphere of \
      1 m pressed into the middle of its top. Half-space theory is Aras 2014, eq. (65); the \
      block reference are triquadratic finite elements of this program, on a quarter of the cube and \
@@ -182,7 +173,6 @@ const WORDS: [&str; 6] = [
     "The dissertation's model: 16 nearest nodes, plain stencils, nodal volumes of eqs (17) and \
      (18) that sum to more than the cube, Saint Venant-Kirchhoff; contact is the same in both. \
      It published 20.11 ms a step at about 6,000 nodes (section 5.7).",
-    norm::WORDS,
     released::WORDS,
     "The half-space table presses a quarter of a block of about 46 contact radii; pressures \
      are means over rings over Hertz's largest.",
