@@ -116,33 +116,6 @@ impl Block {
         body
     }
 
-    /// A body of nodes and the neighbours of each (in any order, repeated or not), with stencils
-    /// solved to round-off.
-    pub(crate) fn from_graph(
-        positions: Vec<DVec3>,
-        volumes: Vec<f64>,
-        boundary_vectors: Vec<DVec3>,
-        rows: Vec<Vec<u32>>,
-    ) -> Self {
-        let mut offsets = vec![0_u32];
-        let mut indices = Vec::new();
-        for mut row in rows {
-            row.sort_unstable();
-            row.dedup();
-            indices.extend(row);
-            offsets.push(id(indices.len()));
-        }
-        let body = Self {
-            positions,
-            volumes,
-            boundary_vectors,
-            offsets,
-            indices,
-            ..Self::default()
-        };
-        body.solved()
-    }
-
     /// Number of nodes.
     #[must_use]
     pub fn node_count(&self) -> usize {

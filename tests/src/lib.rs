@@ -10,7 +10,6 @@ pub mod broken;
 pub mod cloud;
 pub mod derivative;
 pub mod kuhn;
-mod octree;
 pub mod picture;
 pub mod solve;
 pub mod strategies;
