@@ -3,7 +3,6 @@
 mod adaptive;
 mod ball;
 mod exact;
-mod inside;
 mod speed;
 
 use glam::DVec3;
@@ -17,7 +16,6 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
     let mut report = exact::run(effort)?;
     report.tables.push(speed::table(effort)?);
     report.tables.push(ball::table(effort)?);
-    report.tables.push(inside::table(effort)?);
     report.tables.push(adaptive::table(effort)?);
     report.words.push(
         "Times of the table of speed are medians, all threads, of a ball of evenly spread surfels \
