@@ -347,7 +347,7 @@ impl Body {
 mod tests {
     use super::*;
 
-    use crate::scene::{Capture, Cut, Key, PronyTerm, Scene, Target, embedded};
+    use crate::scene::{Capture, Cut, Key, Scene, Target, embedded};
     use crate::testing::small;
 
     fn stroke(path: [(f64, f64); 2]) -> Cut {
@@ -419,35 +419,6 @@ mod tests {
         assert!(rash.retaken().stretches > 0, "nothing was seen");
         // The block at rest holds 0.2 J.
         assert!(most < 0.5, "{most} J");
-    }
-
-    /// The balance of a viscous body closes over a cut: retained gradients decay after viscosity and are booked once.
-    #[test]
-    fn a_viscous_body_that_is_cut_keeps_its_balance() {
-        let mut scene = scene(vec![stroke([(0.3, -0.04), (0.5, 0.02)])]);
-        scene.bodies[0].material.viscosity = vec![PronyTerm {
-            ratio: 2.0,
-            relaxation_time: 0.05,
-        }];
-        let mut world = World::new(scene).unwrap();
-        let mut relaxed = 0.0;
-        while world.time() < 0.6 {
-            world.step().unwrap();
-            let body = &world.bodies()[0];
-            // The loss of a step is seen with the next; at large strain single steps may gain.
-            assert!(
-                body.relaxed > relaxed - 1e-7,
-                "{} J",
-                body.relaxed - relaxed
-            );
-            relaxed = body.relaxed;
-        }
-        let updates = updates(&world);
-        assert!(updates > 5, "{updates} updates");
-        let audit = world.bodies()[0].motion().audit();
-        let off = audit.energy_error().abs() / scale(&world);
-        assert!(off < 1e-3, "{off}");
-        assert_eq!(world.retaken(), Retaken::default());
     }
 
     /// A stiffness beyond all measure ends the run with an error, damping or not.
