@@ -1,4 +1,4 @@
-use super::super::tests::sheets;
+use super::super::tests::{sample, sheets};
 use super::*;
 
 /// Patch test: whatever the samples, uniform pressure passes, also through a field of linear displacements.
@@ -48,14 +48,10 @@ fn flanks_bear_by_opened_areas() {
     let moved: Vec<DVec3> = rest.iter().map(|x| matrix * *x).collect();
     for height in [0.15, 0.85] {
         let mut disks = ContactDisks::default();
+        let at = DVec3::new(2.2, 1.9, height);
         let sample = DiskSample {
             flank: true,
-            position: DVec3::new(2.2, 1.9, height),
-            normal: DVec3::Z,
-            area: 0.25,
-            body: 0,
-            stiffness: 1.0,
-            spacing: 1.0,
+            ..sample(at, DVec3::Z, 0.25, 0)
         };
         disks.push(sample, (&nodes, &areas), &rest);
         let mut layers = [0.0; 3];
@@ -90,15 +86,7 @@ fn a_membrane_has_a_thickness() {
         .map(|i| DVec3::new((i % 3).into(), (i / 3).into(), 0.0))
         .collect();
     let mut disks = ContactDisks::default();
-    let sample = DiskSample {
-        flank: false,
-        position: DVec3::new(1.2, 0.9, 0.4),
-        normal: DVec3::Z,
-        area: 1.0,
-        body: 0,
-        stiffness: 1.0,
-        spacing: 1.0,
-    };
+    let sample = sample(DVec3::new(1.2, 0.9, 0.4), DVec3::Z, 1.0, 0);
     disks.push(sample, (&[0, 1, 2, 3, 4, 5, 6, 7, 8, 0], &[]), &rest);
     assert!((disks.thickness[0] - 0.4).abs() < 1e-12, "{disks:?}");
     assert!(

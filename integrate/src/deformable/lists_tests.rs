@@ -1,4 +1,4 @@
-use super::super::tests::sheets;
+use super::super::tests::{listed_anew, sample, sheets};
 use super::super::{ContactDisks, DeformableContact, DeformableSettings};
 use crate::DiskSample;
 use glam::{DQuat, DVec3};
@@ -11,23 +11,15 @@ fn feather_edges_touch_nothing() {
     let rest: Vec<DVec3> = (0..9_u32)
         .map(|i| DVec3::new((i % 3).into(), (i / 3).into(), 0.0))
         .collect();
-    let sample = |position: DVec3, normal: DVec3, flank: bool| DiskSample {
-        flank,
-        position,
-        normal,
-        area: 1.0,
-        body: 0,
-        stiffness: 1.0,
-        spacing: 1.0,
-    };
     let rest = [rest.clone(), rest].concat();
     let pair = |flanks: [bool; 2], gap: f64, apart: u32| {
         let mut disks = ContactDisks::default();
         for (k, flank) in flanks.into_iter().enumerate() {
             let z = [0.0, gap][k];
             let normal = [DVec3::Z, -DVec3::Z][k];
+            let sample = sample(DVec3::new(1.0, 1.0, z), normal, 1.0, 0);
             disks.push(
-                sample(DVec3::new(1.0, 1.0, z), normal, flank),
+                DiskSample { flank, ..sample },
                 (
                     &[0, 1, 2, 3, 4, 5, 6, 7, 8].map(|node| node + apart * u32::from(k == 1)),
                     &[],
@@ -90,10 +82,7 @@ fn what_is_apart_is_listed_once() {
         for height in heights {
             let x = at(0.3 * f64::from(height) - 0.05);
             lists[way] += u32::from(contact.update_lists(&x));
-            let mut brute = contact.clone();
-            brute.state.listed_at.clear();
-            brute.margin = 1e3;
-            brute.update_lists(&x);
+            let brute = listed_anew(&contact, 1e3, &x);
             assert_eq!(pairs(&contact, &x), pairs(&brute, &x), "at {height}");
         }
     }
@@ -136,15 +125,8 @@ fn blocks_that_swing_alone_are_listed_again() {
     for (i, j, k) in all() {
         let near = |i: u32| i.saturating_sub(1)..(i + 2).min(SIDE);
         let row = near(j).flat_map(|j| near(i).map(move |i| node(i, j, k)));
-        let sample = DiskSample {
-            flank: false,
-            position: rest[node(i, j, k) as usize],
-            normal: DVec3::Z * if k == 0 { 1.0 } else { -1.0 },
-            area: 1.0,
-            body: k,
-            stiffness: 1.0,
-            spacing: 1.0,
-        };
+        let normal = DVec3::Z * if k == 0 { 1.0 } else { -1.0 };
+        let sample = sample(rest[node(i, j, k) as usize], normal, 1.0, k);
         disks.push(sample, (&row.collect::<Vec<_>>(), &[]), &rest);
     }
     let settings = DeformableSettings::default();
@@ -191,10 +173,7 @@ fn blocks_that_swing_alone_are_listed_again() {
         let mut resumed = begin(contact.disks.clone());
         resumed.restore(contact.state.clone());
         assert!(resumed.points == contact.points && resumed.lists == contact.lists);
-        let mut brute = contact.clone();
-        brute.state.listed_at.clear();
-        brute.margin = 1.5;
-        brute.update_lists(&x);
+        let brute = listed_anew(&contact, 1.5, &x);
         assert_eq!(pairs(&contact, &x), pairs(&brute, &x), "step {step}");
     }
     assert!(wholes < 4 && parts > 10, "{wholes} and {parts}");
@@ -224,15 +203,7 @@ fn membranes_that_come_near_are_listed_before_they_meet() {
             } else {
                 (1, -DVec3::Z)
             };
-            let sample = DiskSample {
-                flank: false,
-                position: *x + normal * thickness,
-                normal,
-                area: 1.0,
-                body: k,
-                stiffness: 1.0,
-                spacing: 1.0,
-            };
+            let sample = sample(*x + normal * thickness, normal, 1.0, k);
             let nodes: Vec<u32> = (0..16).map(|n| n + 16 * k).collect();
             disks.push(sample, (&nodes, &[]), &rest);
         }
@@ -246,10 +217,7 @@ fn membranes_that_come_near_are_listed_before_they_meet() {
                 |(n, x): (usize, &DVec3)| *x * stretch + if n < 16 { DVec3::ZERO } else { down };
             let x: Vec<DVec3> = rest.iter().enumerate().map(lower).collect();
             contact.update_lists(&x);
-            let mut brute = contact.clone();
-            brute.state.listed_at.clear();
-            brute.margin = 1e3;
-            brute.update_lists(&x);
+            let brute = listed_anew(&contact, 1e3, &x);
             let count = |contact: &DeformableContact| {
                 let mut pairs = 0;
                 contact.each_point(&contact.place(&x), |_, met| pairs += met.len());

@@ -11,6 +11,32 @@ use testkit::derivative::directional_error;
 const SIDE: u32 = 5;
 const LAYERS: u32 = 3;
 
+/// A sample of an uncut surface, of stiffness and spacing 1.
+pub(super) fn sample(position: DVec3, normal: DVec3, area: f64, body: u32) -> DiskSample {
+    DiskSample {
+        flank: false,
+        position,
+        normal,
+        area,
+        body,
+        stiffness: 1.0,
+        spacing: 1.0,
+    }
+}
+
+/// A contact with lists of all pairs within a margin (m).
+pub(super) fn listed_anew(
+    contact: &DeformableContact,
+    margin: f64,
+    x: &[DVec3],
+) -> DeformableContact {
+    let mut anew = contact.clone();
+    anew.state.listed_at.clear();
+    anew.margin = margin;
+    anew.update_lists(x);
+    anew
+}
+
 /// Two sheets of nodes 1 m apart whose surfaces meet at `z = 0`, half a spacing from their outermost nodes, with four
 /// samples per node at positions that do not match: E/h = 1 N/m³.
 pub(super) fn sheets(friction: f64, seed: u64) -> (DeformableContact, Vec<DVec3>) {
@@ -41,16 +67,7 @@ fn split_sheets(frictions: [f64; 2], bodies: u32, seed: u64) -> (DeformableConta
                 let position = DVec3::new(at.x, at.y, 0.0);
                 let nodes = nearest(&rest, body * half..(body + 1) * half, position);
                 let body = body + u32::from(body + 1 < bodies && body == 1 && i >= SIDE);
-                let sample = DiskSample {
-                    flank: false,
-                    position,
-                    normal,
-                    area: 0.25,
-                    body,
-                    stiffness: 1.0,
-                    spacing: 1.0,
-                };
-                disks.push(sample, (&nodes, &[]), &rest);
+                disks.push(sample(position, normal, 0.25, body), (&nodes, &[]), &rest);
             }
         }
     }
@@ -495,11 +512,8 @@ proptest! {
     #[test]
     fn pairs_are_balanced_and_lists_hold_them_all(seed in 0_u64..1000) {
         let (mut contact, x, moved) = pressed(0.5, seed);
-        let mut brute = contact.clone();
-        brute.margin = 1e3;
         contact.update_lists(&x);
-        brute.state.listed_at.clear();
-        brute.update_lists(&x);
+        let brute = listed_anew(&contact, 1e3, &x);
         let (sum, forces, state) = evaluate(&contact, &x, &moved);
         prop_assert!(sum.normal > 0.1 && sum.friction > 0.0, "{sum:?}");
         let total: DVec3 = forces.iter().sum();
