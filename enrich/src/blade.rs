@@ -189,16 +189,20 @@ impl Blade {
             from = to;
         }
         let missed = self.settle_debts(&now, cuts, body, ends, &mut patches)?;
-        self.around = now.iter().map(|at| body.around(*at)).collect();
         self.then.clear();
-        self.then.extend_from_slice(positions);
+        if ends {
+            // Where tissue tears the front is kept, for which they play no part.
+            (self.around, self.owed) = Default::default();
+        } else {
+            self.around = now.iter().map(|at| body.around(*at)).collect();
+            self.then.extend_from_slice(positions);
+        }
         self.last = now;
         Ok((self.swept(patches, before), missed))
     }
 
-    /// Whether tissue tears at a place of the front: `tears` says so of a place (m), the unit vector in which the blade drives the
-    /// front and the one along it, all in material coordinates, as where the energy release rate exceeds the toughness (Griffith
-    /// 1921).
+    /// Whether tissue tears somewhere along the front, as where the energy release rate exceeds the toughness (Griffith 1921). `tears`
+    /// says so of a position (m) and unit vectors: that in which the front as a whole moves, and that along it. All are material.
     pub fn tears(&self, tears: &dyn Fn([DVec3; 3]) -> bool) -> bool {
         self.front.tearing(tears).any(|tears| tears)
     }

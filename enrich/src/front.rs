@@ -76,8 +76,6 @@ pub(crate) struct Front {
     /// Distance of the nodes (m).
     spacing: f64,
     samples: Vec<EdgeSample>,
-    /// Unit vector of where the blade drives the front as a whole; zero while unknown.
-    heading: DVec3,
     /// First and last point (m) of the line at which the sheet began, and of the front when it moved last, also those
     /// beyond the surface; `None` if there is no sheet yet.
     pub(crate) line: Option<[[DVec3; 2]; 2]>,
@@ -131,7 +129,6 @@ impl Front {
         Self {
             spacing,
             samples: vec![sample; samples],
-            heading: DVec3::ZERO,
             line: None,
         }
     }
@@ -158,7 +155,6 @@ impl Front {
         let mut line = self.line.iter().flatten().flatten();
         self.spacing > 0.0
             && self.spacing.is_finite()
-            && self.heading.is_finite()
             && line.all(|x| x.is_finite())
             && (self.samples.iter()).all(|s| s.way.is_finite() && is_finite(s))
             && self.samples.iter().enumerate().all(hangs)
@@ -199,9 +195,8 @@ impl Front {
                 .map(|k| self.step(k, places[k], &around))
                 .collect()
         };
-        self.hold_torn(&mut steps);
+        self.hold_torn(&mut steps, places, cuts);
         self.refuse_turns(&mut steps);
-        self.turn(places);
         for (step, sample) in steps.iter().zip(&mut self.samples) {
             sample.torn &= *step == Step::Stay;
         }

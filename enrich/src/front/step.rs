@@ -172,6 +172,7 @@ impl Front {
         // The tissue may have moved against the blade: two spacings more than the blade. One that was
         // outside may have come in elsewhere.
         let led = match sample.last {
+            _ if sample.torn => 0.0,
             Some(EdgePlace::Outside { .. } | EdgePlace::Air) => 0.0,
             _ => sample.way,
         };

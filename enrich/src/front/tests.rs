@@ -391,3 +391,28 @@ fn a_blade_passes_what_has_torn() {
     assert_eq!(sizes.len(), 2, "{sizes:?}");
     assert!(folds(&cuts).0 < 1.0 + 1e-9, "{:?}", folds(&cuts));
 }
+
+/// A blade that comes in again far from what has torn, beside it or ahead, begins anew there and takes the front nowhere.
+#[test]
+fn a_blade_that_comes_back_far_from_a_tear_begins_anew() {
+    for x in [0.3, -2.6] {
+        let mut cuts = Cuts::new(&CutSettings::for_spacing(1.0));
+        let mut front = Front::new(13, 1.0);
+        drive(&mut front, &mut cuts, &down(0.3, 1.2));
+        for _ in 0..3 {
+            let tearing = front.tearing(&|_| true).collect::<Vec<_>>();
+            front.tear(&mut cuts, &tearing, 0.5, &inside).unwrap();
+        }
+        drive(
+            &mut front,
+            &mut cuts,
+            &[-5.0, -3.4, -2.9].map(|z| edge(x, z)),
+        );
+        let crosses = |x: f64, z: f64| {
+            let at = DVec3::new(x, 1.4, z);
+            cuts.crosses(at - DVec3::X * 0.3, at + DVec3::X * 0.3)
+        };
+        let places = [(x, -2.95), (0.3, -0.1), (0.3, -1.6)].map(|(x, z)| crosses(x, z));
+        assert_eq!(places, [true, true, false], "at {x}");
+    }
+}
