@@ -218,13 +218,23 @@ impl Elastic {
         let f = self.deformation_gradient(node);
         let (model, viscosity) = (&self.model, self.state.viscosity.as_ref());
         let (_, stress) = model.energy_and_stress(viscosity, node, f);
+        let pressure = self.mean_pressure(node);
+        if pressure == 0.0 {
+            stress
+        } else {
+            stress + cofactor(f) * pressure
+        }
+    }
+
+    /// What mean dilatation adds to a node's stress, over the cofactor matrix (Pa); 0 without.
+    pub(crate) fn mean_pressure(&self, node: usize) -> f64 {
+        let model = &self.model;
         match (&model.means, &self.state.pressures) {
             (Some(means), Some(pressures)) => {
                 let volume = model.volumes[node];
-                let pressure = means.pressure(&model.pairs, (node, volume), &pressures.pressures);
-                stress + cofactor(f) * (pressure / volume)
+                means.pressure(&model.pairs, (node, volume), &pressures.pressures) / volume
             }
-            _ => stress,
+            _ => 0.0,
         }
     }
 

@@ -12,25 +12,27 @@ const STEPS: u32 = 32;
 pub struct CrackFront {
     /// The place (m).
     pub at: DVec3,
-    /// Unit vector in the cut's surface, across the front, out of what is cut.
+    /// Unit vector in the cut's surface in which the front moves, out of what is cut; need not be square to it.
     pub ahead: DVec3,
     /// Unit vector along the front.
     pub along: DVec3,
 }
 
 impl Elastic {
-    /// Energy release rate `G` (J/m²) at the state last evaluated: what a front would set free per area if it moved on
-    /// straight ahead.
+    /// Energy release rate `G` (J/m²) at the state last evaluated: what a front would release per area if it moved straight on.
     ///
     /// The J-integral over a domain (Shih, Moran and Nakamura 1986, International Journal of Fracture 30, 79–102), at finite strain:
-    /// `G ∫ q ds = Σ_i V_i [(P_i ∇q_i)·(F_i − F̄) d − (W_i − W̄) d·∇q_i]` with `d` ahead, over the nodes in a ball around the place,
-    /// `q = (1 − r²/R²)²` there, and `∫ q ds` along the front in the body. Means over the ball, `F̄` and `W̄`, add nothing to the
-    /// integral where forces balance; to its sum over nodes they would. Inertia and gravity within the ball are left out; front and
-    /// cut are taken for straight there.
+    ///
+    /// `G |d × t| ∫ q ds = Σ_i V_i [(P_i ∇q_i)·(F_i − F̄) d − (W_i − W̄) d·∇q_i]`,
+    ///
+    /// with `d` ahead, `t` along the front, `q = (1 − r²/R²)²` in a ball about the place, and `∫ q ds` along the front in the body.
+    /// Means over the ball, `F̄` and `W̄`, add nothing to the integral where forces balance; to its sum over nodes they would.
+    /// Not in it are inertia, gravity, steps of the modulus and faces across the front within the ball.
+    /// The front and the cut behind it are taken for straight there.
     ///
     /// # Arguments
     /// * `front` -- a place of the front.
-    /// * `radius` -- of the ball (m), some three spacings: nodes about the front feel it smeared over two.
+    /// * `radius` -- of the ball (m), some four spacings: nodes about the front feel it smeared over two.
     /// * `inside` -- whether a material point (m) lies in the uncut body.
     ///
     /// Negative where the front is pressed; 0 where no node is near. Nodes that carry no strain energy of their own are left out.
@@ -49,7 +51,9 @@ impl Elastic {
         let held = |node: usize| {
             let f = self.deformation_gradient(node);
             let (energy, _) = model.energy_and_stress(viscosity, node, f);
-            (model.elastic_volumes[node], f, energy)
+            // What mean pressure holds, as if it rose evenly.
+            let pressed = 0.5 * self.mean_pressure(node) * (f.determinant() - 1.0);
+            (model.elastic_volumes[node], f, energy + pressed)
         };
         let zero = (0.0, DMat3::ZERO, 0.0);
         let sums = near.iter().fold(zero, |sums, &node| {
@@ -75,7 +79,12 @@ impl Elastic {
             let is_in = inside(front.at + front.along * (s * radius));
             (1.0 - s * s).powi(2) * f64::from(u8::from(is_in))
         });
-        let length = weight.sum::<f64>() * 2.0 * radius / f64::from(STEPS);
+        // Of a front that is not square to where it looks, what it gains counts.
+        let square = match front.ahead.cross(front.along).length() {
+            0.0 => 1.0,
+            square => square,
+        };
+        let length = weight.sum::<f64>() * square * 2.0 * radius / f64::from(STEPS);
         if length > 0.0 { released / length } else { 0.0 }
     }
 }
