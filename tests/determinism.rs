@@ -26,6 +26,8 @@ fn run_with(threads: usize, folder: &Path) -> Files {
 fn results(summary: &Summary, folder: &Path) -> Files {
     let cuts = summary.cuts.as_ref().expect("the scene cuts");
     assert!(cuts.severed_pairs > 50, "the blade severs: {cuts:?}");
+    // Twelve samples of the blade and its start; the rest tears.
+    assert!(cuts.captures > 13, "it tears: {cuts:?}");
     let unexplained = summary.bodies[0].energy.imbalance;
     assert!(unexplained < 1e-2, "the audit closes");
     let freed = cuts.strokes.iter().map(|stroke| stroke.energy);

@@ -82,7 +82,7 @@ pub(crate) struct CapturedEdge {
 pub struct StrokeEnergy {
     /// Index of the scene's cut that it is of.
     pub cut: usize,
-    /// Captured edges of blades.
+    /// Captured edges of blades, and tears ahead of them.
     pub captures: usize,
     /// Those of them that changed the connectivity.
     pub updates: usize,

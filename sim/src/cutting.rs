@@ -23,8 +23,8 @@ const ESTIMATE_PRODUCTS: usize = 16;
 const LEAST_VOLUME: f64 = 0.2;
 /// Support radius of the world-to-material map, in mean distances to the neighbours.
 const MAP_SUPPORT: f64 = 2.0;
-/// Radius around a front, in spacings, in which its energy release rate is taken. With 3, 4 and 5 a cut that tears by itself
-/// (`benches -- griffith --quick`) ends where that of the load is 0.81, 0.86 and 0.91 of the toughness.
+/// Radius around a front, in spacings, in which its energy release rate is taken. With 3, 4 and 5 a tear
+/// (`benches -- griffith --quick`) ends at 0.81, 0.86 and 0.91 of the toughness.
 const FRONT: f64 = 4.0;
 /// Round-off of a diffraction point's position, as a fraction of the body's size. One in a face of the body lies 1e-17
 /// outside as often as inside; without this its path around the cut would be lost.
@@ -144,28 +144,29 @@ impl Cutting {
         })
     }
 
-    /// Computes how an open stroke's cut runs ahead of its blade where more energy (J/m²) would be set free than tearing takes
-    /// up, as [`Cutting::sweep`] does with what a blade cuts; `None` where nothing tears.
+    /// Whether a stroke's front is somewhere where more energy (J/m²) would be released than `toughness`.
+    fn tears(&self, body: &Body, cut: usize, toughness: f64) -> bool {
+        let open = self.strokes.iter().find(|open| open.cut == cut);
+        let blade = open.and_then(|open| open.blade.as_ref());
+        blade.is_some_and(|blade| blade.tears(&|front| exceeds(body, front, toughness)))
+    }
+
+    /// Computes how a stroke's cut runs ahead of its blade, as [`Cutting::sweep`] does with what a blade cuts.
     fn tear(
         &mut self,
-        (body, index): (&Body, usize),
+        body: (&Body, usize),
         cut: (usize, Option<f64>),
         toughness: f64,
     ) -> Result<Option<Capture>, BodyProblem> {
-        let (elastic, radius) = (body.elastic(), FRONT * body.spacing);
-        let tears = |[at, ahead, along]: [DVec3; 3]| {
-            let front = CrackFront { at, ahead, along };
-            let inside = |point| body.solid.contains(point);
-            elastic.energy_release_rate(&front, radius, inside) > toughness
-        };
-        let Some(blade) = self.open_blade(cut.0).filter(|blade| blade.tears(&tears)) else {
+        let Some(blade) = self.open_blade(cut.0) else {
             return Ok(None);
         };
+        let tears = |front| exceeds(body.0, front, toughness);
         let stroke = (blade, StrokePhase::Update);
-        let torn = self.drive((body, index), cut, stroke, |blade, cuts, body| {
+        let torn = self.drive(body, cut, stroke, |blade, cuts, body| {
             Ok((blade.tear(cuts, &tears, body.inside)?, 0))
-        });
-        torn.map(Some)
+        })?;
+        Ok(Some(torn).filter(|torn| !torn.edge.sweep.patches.is_empty()))
     }
 
     /// A copy of an open stroke's blade.
@@ -239,7 +240,7 @@ impl Cutting {
                 .factors
                 .update(&graph_of(body), &self.cuts, new, front, &inside);
         }
-        // Where tissue tears, a cut runs on when the blade has left it.
+        // Where tissue tears, a cut may run on until the next stroke of this number begins.
         if edge.phase == StrokePhase::End && body.toughness.is_none() {
             self.strokes.retain(|open| open.cut != edge.cut);
         }
@@ -255,6 +256,16 @@ impl Cutting {
         let usual = CutSettings::for_spacing(body.spacing).weld_tolerance;
         self.cuts.set_weld_tolerance(tolerance.unwrap_or(usual));
     }
+}
+
+/// Whether the energy release rate at a front is above a toughness (J/m²).
+fn exceeds(body: &Body, [at, ahead, along]: [DVec3; 3], toughness: f64) -> bool {
+    let front = CrackFront { at, ahead, along };
+    let inside = |point| body.solid.contains(point);
+    let rate = body
+        .elastic()
+        .energy_release_rate(&front, FRONT * body.spacing, inside);
+    rate > toughness
 }
 
 /// The body's nodes and pairs, as the factors read them.
@@ -299,7 +310,13 @@ impl Body {
         captured
     }
 
-    /// Computes how an open stroke's cut runs ahead of its blade, as [`Body::capture`] does with what a blade cuts.
+    /// Whether a stroke's cut runs ahead of its blade now.
+    pub(crate) fn tears(&self, cut: usize, toughness: f64) -> bool {
+        let cutting = self.cutting.as_ref();
+        cutting.is_some_and(|cutting| cutting.tears(self, cut, toughness))
+    }
+
+    /// Computes how a stroke's cut runs ahead of its blade, as [`Body::capture`] does with what a blade cuts.
     pub(crate) fn tear(
         &mut self,
         index: usize,

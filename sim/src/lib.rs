@@ -369,7 +369,7 @@ impl World {
         largest
     }
 
-    /// Takes one step: blades first, then motion with the tools.
+    /// Takes one step: blades first, then what tears, then motion with the tools.
     ///
     /// # Errors
     /// [`WorldError`] if a blade's edge cannot be captured, a motion diverges, or the bodies have
