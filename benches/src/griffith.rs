@@ -142,8 +142,8 @@ pub fn measure(spacings: f64) -> Finding {
     }
 }
 
-/// Tears the double cantilever, whose toughness is the closed form's energy release rate of the longer crack: that of the load
-/// where the tear ends, over the toughness; not a number if the run fails.
+/// Tears the double cantilever, whose toughness is the closed form's energy release rate of the longer crack. Returns the load's
+/// rate where the tear ends, over the toughness; not a number if the run fails.
 fn tear(spacings: f64) -> f64 {
     let mut scene = scene(spacings);
     scene.cuts.truncate(1);
