@@ -1,4 +1,4 @@
-//! The energy that the front of a cut would set free if it moved on.
+//! The energy that the front of a cut would release if it moved on.
 
 use glam::{DMat3, DVec3};
 
@@ -10,7 +10,7 @@ const STEPS: u32 = 32;
 /// A place of the front of a cut, in material coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CrackFront {
-    /// The place (m).
+    /// Its position (m).
     pub at: DVec3,
     /// Unit vector in the cut's surface in which the front moves, out of what is cut; need not be square to it.
     pub ahead: DVec3,

@@ -12,8 +12,8 @@ use crate::phases::Phase;
 use crate::{Body, CutPiece, World};
 
 /// Steps between two looks at whether tissue tears. It runs by half a spacing a look. So a tear is no faster than some half of
-/// shear waves in explicit steps, slower in longer ones and where fast tools divide steps. With 2, 5 and 10 a cut that tears by itself (`benches -- griffith --quick`) ends at 0.86, 0.86 and 0.92 of the
-/// toughness.
+/// shear waves in explicit steps, slower in longer ones and where fast tools divide steps. With 2, 5 and 10 a tear
+/// (`benches -- griffith --quick`) ends at 0.86, 0.86 and 0.92 of the toughness.
 const TEARING: u64 = 5;
 
 impl World {

@@ -134,9 +134,11 @@ impl Cutting {
         edge: &[DVec3],
         phase: StrokePhase,
     ) -> Result<Capture, BodyProblem> {
-        let open = self.open_blade(cut.0);
         let (spacing, positions) = (body.0.spacing, body.0.motion().positions());
-        let blade = open.filter(|_| phase != StrokePhase::Start);
+        let blade = self
+            .open_blade(cut.0)
+            .filter(|_| phase != StrokePhase::Start);
+        let blade = blade.cloned();
         let blade = blade.unwrap_or_else(|| Blade::new(edge, spacing, positions));
         let ends = phase == StrokePhase::End;
         self.drive(body, cut, (blade, phase), |blade, cuts, body| {
@@ -146,9 +148,9 @@ impl Cutting {
 
     /// Whether a stroke's front is somewhere where more energy (J/m²) would be released than `toughness`.
     fn tears(&self, body: &Body, cut: usize, toughness: f64) -> bool {
-        let open = self.strokes.iter().find(|open| open.cut == cut);
-        let blade = open.and_then(|open| open.blade.as_ref());
-        blade.is_some_and(|blade| blade.tears(&|front| exceeds(body, front, toughness)))
+        let tears = |front| exceeds(body, front, toughness);
+        self.open_blade(cut)
+            .is_some_and(|blade| blade.tears(&tears))
     }
 
     /// Computes how a stroke's cut runs ahead of its blade, as [`Cutting::sweep`] does with what a blade cuts.
@@ -158,7 +160,7 @@ impl Cutting {
         cut: (usize, Option<f64>),
         toughness: f64,
     ) -> Result<Option<Capture>, BodyProblem> {
-        let Some(blade) = self.open_blade(cut.0) else {
+        let Some(blade) = self.open_blade(cut.0).cloned() else {
             return Ok(None);
         };
         let tears = |front| exceeds(body.0, front, toughness);
@@ -169,10 +171,10 @@ impl Cutting {
         Ok(Some(torn).filter(|torn| !torn.edge.sweep.patches.is_empty()))
     }
 
-    /// A copy of an open stroke's blade.
-    fn open_blade(&self, cut: usize) -> Option<Blade> {
+    /// The blade of an open stroke.
+    fn open_blade(&self, cut: usize) -> Option<&Blade> {
         let open = self.strokes.iter().find(|open| open.cut == cut);
-        open.and_then(|open| open.blade.clone())
+        open.and_then(|open| open.blade.as_ref())
     }
 
     /// Computes what a blade adds to its cut `by` what it does in the body as it lies.

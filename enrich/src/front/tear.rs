@@ -8,7 +8,7 @@ use crate::cuts::Cuts;
 use crate::error::CutError;
 
 /// How far at the side of a front, in spacings, the surface is that it ends at. Samples of the edge lie a spacing apart on the
-/// blade, more in stretched tissue. With 1.5 and 2.5 the block of 2 kPa (LOG, *Tearing*) tears alike.
+/// blade, more in stretched tissue. With 1.5 and 2.5 blocks of 2 kPa (LOG, *Tearing*) tear alike.
 const BESIDE: f64 = 2.5;
 
 impl Front {
