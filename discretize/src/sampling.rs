@@ -1,6 +1,7 @@
 //! Bodies and their nodes: from a solid to positions, volumes, boundary vectors, tetrahedra and surfels.
 
 mod background;
+mod bulges;
 mod counts;
 mod error;
 mod fill;
@@ -34,6 +35,7 @@ mod surfels;
 mod tetrahedra;
 
 use background::{BackgroundEdge, BackgroundMesh, Visit};
+pub use bulges::edge_bulges;
 use counts::{MEAN_EDGE, SHIFT, SURFACE_NODES, model, nodes_at, solve_cell, too_fine};
 pub use error::SampleError;
 use fill::{Filler, last_jumps};

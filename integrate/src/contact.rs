@@ -119,8 +119,9 @@ impl<T: Copy> Ascending<'_, T> {
 
 /// A surface that can touch a tool, with the state of that contact.
 ///
-/// The energy is `Σ_q a_q ⟨−k φ_q⟩² / 2k` over the surface's points, with the signed distance `φ` at the
-/// linearly interpolated position; the force on a point, `a ⟨−k φ⟩ ∇φ`, goes to its nodes by its weights.
+/// The energy is `Σ_q a_q k ⟨h_q − φ_q⟩² / 2` over the surface's points, with the signed distance `φ` at the linearly interpolated
+/// position and the height `h` of the surface there ([`ContactSurface::raised`]); the force on a point, `a k ⟨h − φ⟩ ∇φ`, goes to
+/// its nodes by its weights.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Contact {
@@ -309,12 +310,14 @@ impl Contact {
                     .clone()
                     .map(|(n, w)| semi_implicit.positions[n] * w)
                     .sum();
-                let touches = placed.value(position) < 0.0;
+                let height = surface.heights[point as usize];
+                let touches = placed.value(position) < height;
                 if !(touches || lagged && limits.of(point).is_some_and(|limit| limit > 0.0)) {
                     continue;
                 }
                 let at = placed.distance(position);
-                let pressure = (-stiffness * at.value).max(0.0);
+                let depth = height - at.value;
+                let pressure = (stiffness * depth).max(0.0);
                 let area = surface.areas[point as usize];
                 let force = at.normal * (area * pressure);
                 for (n, w) in bound {
@@ -324,7 +327,7 @@ impl Contact {
                 sum.torque -= (position - pose.position).cross(force);
                 sum.energy += 0.5 * area * pressure * pressure / stiffness;
                 sum.area += if touches { area } else { 0.0 };
-                sum.penetration = sum.penetration.max(-at.value);
+                sum.penetration = sum.penetration.max(depth);
                 let rigid = if touches {
                     outer(at.normal) * (stiffness * area)
                 } else {

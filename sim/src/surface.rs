@@ -114,7 +114,8 @@ impl Body {
             ToolSurface::Nodes(nodes, areas) => {
                 ContactSurface::from_nodes(nodes, areas, rest.len())?
             }
-            ToolSurface::Triangles(outside) => {
+            ToolSurface::Triangles(outside, bulges) => {
+                let outside = (&outside[..], &bulges[..]);
                 ContactSurface::from_torn_triangles(outside, rest, DIVISIONS, self.holding())?
             }
         })

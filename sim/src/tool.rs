@@ -1,7 +1,7 @@
 //! Rigid tools, and what they touch of the bodies.
 
 use glam::DVec3;
-use phyxel_discretize::{Solid, boundary_triangles, nodal_surface_areas};
+use phyxel_discretize::{Solid, boundary_triangles, edge_bulges, nodal_surface_areas};
 use phyxel_integrate::{Contact, ContactSettings, ContactSurface, Pose, RigidTool, penalty};
 use serde::{Deserialize, Serialize};
 
@@ -84,8 +84,8 @@ impl ToolContact {
 /// What tools touch of an uncut body.
 #[derive(Debug, Clone)]
 pub(crate) enum ToolSurface {
-    /// Triangles of the outside; none in a scene without tools.
-    Triangles(Vec<[u32; 3]>),
+    /// Triangles of the outside, and how far (m) it stands in front of their edges' middles; none in a scene without tools.
+    Triangles(Vec<[u32; 3]>, Vec<[f64; 3]>),
     /// Nodes on the surface, each with the area (m²) nearest to it, where there are no tetrahedra.
     Nodes(Vec<u32>, Vec<f64>),
 }
@@ -98,11 +98,12 @@ impl ToolSurface {
         spacing: f64,
     ) -> Result<Self, BodyProblem> {
         if scene.tools.is_empty() {
-            return Ok(Self::Triangles(Vec::new()));
+            return Ok(Self::Triangles(Vec::new(), Vec::new()));
         }
         if !sampled.tetrahedra.is_empty() {
             let triangles = boundary_triangles(&sampled.tetrahedra, |_| true);
-            return Ok(Self::Triangles(triangles));
+            let bulges = edge_bulges(solid, &sampled.positions, &triangles);
+            return Ok(Self::Triangles(triangles, bulges));
         }
         let outer = sampled.outer.iter().copied();
         let places = outer.clone().map(|node| sampled.positions[node as usize]);
@@ -114,7 +115,7 @@ impl ToolSurface {
 
     pub(crate) fn triangles(&self) -> &[[u32; 3]] {
         match self {
-            Self::Triangles(triangles) => triangles,
+            Self::Triangles(triangles, _) => triangles,
             Self::Nodes(..) => &[],
         }
     }

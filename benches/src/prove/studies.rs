@@ -70,8 +70,8 @@ pub(super) fn contact(proof: &mut Proof) {
         // Coarse bodies: see ACCURACY.md for finer ones, and for what is asked of them.
         ("flanks", "pressed", 1.0),
         ("patch", "force", 1.0),
-        ("spheres", "rigid plane", 3.0),
-        ("spheres", "Hertz", 5.0),
+        ("spheres", "force (N)", 5.0),
+        ("spheres", "force (N), a rigid plane", 2.0),
         ("bars", "time", 6.0),
         ("bars", "energy", 1.0),
         ("sliding", "distance", 3.0),

@@ -89,7 +89,7 @@ impl SemiImplicit {
         };
         let placed = shape.placed(pose);
         let positions = &self.positions;
-        // The middle's distance from the tool, and how far from it (squared) its members are. Points are means of these,
+        // The middle's distance from the tool, less the largest height, and how far from it (squared) its members are. Points are means of these,
         // and so move no farther.
         let reach = |group: u32| {
             let members = surface.group_members(group);
@@ -99,7 +99,8 @@ impl SemiImplicit {
             let away = members
                 .iter()
                 .map(|member| middle.distance_squared(at(member)));
-            (placed.value(middle), away.fold(0.0, f64::max))
+            let value = placed.value(middle) - surface.highest;
+            (value, away.fold(0.0, f64::max))
         };
         let held = self.clearance.take();
         let clearance = held.filter(|held| held.holds(shape, pose, positions));
@@ -143,7 +144,8 @@ impl SemiImplicit {
         self.near.retain(|&group| {
             surface.points(group).any(|point| {
                 let bound = surface.weights_of(group, point);
-                placed.value(bound.map(|(n, w)| positions[n] * w).sum()) < 0.0
+                let position = bound.map(|(n, w)| positions[n] * w).sum();
+                placed.value(position) < surface.heights[point as usize]
             })
         });
     }

@@ -46,6 +46,10 @@ pub struct ContactSurface {
     pub(crate) groups: Vec<Group>,
     pub(crate) nodes: Vec<u32>,
     pub(crate) areas: Vec<f64>,
+    /// How far (m) the surface stands in front of each point.
+    pub(crate) heights: Vec<f64>,
+    /// The largest of them, at least 0.
+    pub(crate) highest: f64,
     pub(crate) weights: Vec<f64>,
 }
 
@@ -102,9 +106,32 @@ impl ContactSurface {
         Ok(surface.numbered())
     }
 
+    /// Lets the surface stand in front of its triangles: it touches where a tool is nearer than that.
+    ///
+    /// A tool that presses a curved surface touches it before it touches the triangles between nodes. Without heights a sphere of
+    /// 6,000 nodes that a plane pushes in by a twentieth of its radius resists by 11 % too little.
+    ///
+    /// # Arguments
+    /// * `bulges` -- how far (m) it stands in front of the middles of the edges ab, bc and ca of each triangle; of a point with the
+    ///   barycentric coordinates `w` the quadratic `4 (w_a w_b ab + w_b w_c bc + w_c w_a ca)`. Triangles beyond have none.
+    #[must_use]
+    pub fn raised(mut self, bulges: &[[f64; 3]]) -> Self {
+        for (group, [ab, bc, ca]) in (0..self.group_count()).zip(bulges) {
+            for point in self.points(group) {
+                let mut weights = self.weights_of(group, point).map(|(_, weight)| weight);
+                let [a, b, c] = std::array::from_fn(|_| weights.next().unwrap_or(0.0));
+                let height = 4.0 * (a * b * ab + b * c * bc + c * a * ca);
+                drop(weights);
+                self.heights[point as usize] = height;
+                self.highest = self.highest.max(height);
+            }
+        }
+        self
+    }
+
     /// The surface of a body that a cut may have torn: triangles whose corners hang together, as
-    /// [`ContactSurface::from_triangles`] takes them, and of each torn one a third of its area at every corner,
-    /// so that nothing spans a gap.
+    /// [`ContactSurface::from_triangles`] takes them, with their `bulges` ([`ContactSurface::raised`]), and of each torn one a third
+    /// of its area at every corner, so that nothing spans a gap.
     ///
     /// # Arguments
     /// * `holds` -- whether two corners of a triangle hang together.
@@ -112,20 +139,22 @@ impl ContactSurface {
     /// # Errors
     /// As [`ContactSurface::from_triangles`].
     pub fn from_torn_triangles(
-        triangles: &[[u32; 3]],
+        (triangles, bulges): (&[[u32; 3]], &[[f64; 3]]),
         rest_positions: &[DVec3],
         divisions: u32,
         holds: impl Fn(u32, u32) -> bool,
     ) -> Result<Self, SurfaceError> {
-        let (whole, torn): (Vec<[u32; 3]>, Vec<[u32; 3]>) = triangles
-            .iter()
-            .partition(|&&[a, b, c]| holds(a, b) && holds(b, c) && holds(c, a));
-        let surface = Self::from_triangles(&whole, rest_positions, divisions)?;
+        let bulges = bulges.iter().copied().chain(std::iter::repeat([0.0; 3]));
+        let all = triangles.iter().copied().zip(bulges);
+        let (whole, torn): (Vec<_>, Vec<_>) =
+            all.partition(|&([a, b, c], _)| holds(a, b) && holds(b, c) && holds(c, a));
+        let (whole, bulges): (Vec<_>, Vec<_>) = whole.into_iter().unzip();
+        let surface = Self::from_triangles(&whole, rest_positions, divisions)?.raised(&bulges);
         if torn.is_empty() {
             return Ok(surface);
         }
         let mut areas = vec![0.0; rest_positions.len()];
-        for (item, triangle) in torn.iter().enumerate() {
+        for (item, (triangle, _)) in torn.iter().enumerate() {
             check_nodes(item, triangle, rest_positions.len())?;
             let [a, b, c] = triangle.map(|node| rest_positions[node as usize]);
             for &node in triangle {
@@ -157,12 +186,15 @@ impl ContactSurface {
         });
         groups
             && points == self.areas.len()
+            && points == self.heights.len()
+            && self.highest.is_finite()
             && below(&self.members, node_count)
             && below(&self.nodes, self.members.len())
             && self
                 .areas
                 .iter()
                 .chain(&self.weights)
+                .chain(&self.heights)
                 .all(|x| x.is_finite())
     }
 
@@ -208,6 +240,9 @@ impl ContactSurface {
             let area = other.areas[points.start as usize];
             self.push(&nodes, weights, area, points.len());
         }
+        let known = self.heights.len() - other.heights.len();
+        self.heights[known..].copy_from_slice(&other.heights);
+        self.highest = self.highest.max(other.highest);
         self.numbered()
     }
 
@@ -218,6 +253,7 @@ impl ContactSurface {
             + size_of_val(&*self.groups)
             + size_of_val(&*self.nodes)
             + size_of_val(&*self.areas)
+            + size_of_val(&*self.heights)
             + size_of_val(&*self.weights)
     }
 
@@ -298,6 +334,7 @@ impl ContactSurface {
         let begin = [index(self.nodes.len()), index(self.areas.len())];
         self.nodes.extend_from_slice(nodes);
         self.areas.resize(self.areas.len() + points, area);
+        self.heights.resize(self.areas.len(), 0.0);
         self.groups.push(Group {
             nodes: [begin[0], index(self.nodes.len())],
             points: [begin[1], index(self.areas.len())],
@@ -391,7 +428,7 @@ mod tests {
         let triangles = [[0, 1, 2], [1, 3, 2]];
         let whole = ContactSurface::from_triangles(&triangles, &x, 3).unwrap();
         let torn = |holds: fn(u32, u32) -> bool| {
-            ContactSurface::from_torn_triangles(&triangles, &x, 3, holds).unwrap()
+            ContactSurface::from_torn_triangles((&triangles, &[]), &x, 3, holds).unwrap()
         };
         assert_eq!(torn(|_, _| true), whole, "nothing is torn");
         let surface = torn(|a, b| a != 3 && b != 3);
@@ -419,7 +456,7 @@ mod tests {
         };
         let error = ContactSurface::from_triangles(&[[0, 1, 2]], &x, 0).unwrap_err();
         assert_eq!(error, SurfaceError::NoDivisions);
-        let torn = ContactSurface::from_torn_triangles(&[[0, 1, 9]], &x, 2, |_, _| false);
+        let torn = ContactSurface::from_torn_triangles((&[[0, 1, 9]], &[]), &x, 2, |_, _| false);
         assert!(matches!(
             torn,
             Err(SurfaceError::NoSuchNode { node: 9, .. })

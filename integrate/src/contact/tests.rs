@@ -46,8 +46,13 @@ fn shapes() -> [RigidShape; 4] {
 
 fn random_case(seed: u64) -> (Contact, Vec<DVec3>, RigidShape, Pose) {
     let mut random = Random::new(seed);
-    let (contact, x) = contact(0.0);
+    let (mut contact, x) = contact(0.0);
     let x: Vec<DVec3> = x.iter().map(|x| *x + random.vector(0.2)).collect();
+    let triangles = contact.surface.group_count();
+    let bulges: Vec<[f64; 3]> = (0..triangles)
+        .map(|_| random.vector(0.1).to_array())
+        .collect();
+    contact.surface = contact.surface.raised(&bulges);
     let shape = shapes()[usize::try_from(seed % 4).unwrap()];
     let axis = random.vector(1.0).normalize();
     let rotation = DQuat::from_axis_angle(axis, random.range(0.0, 3.0));
@@ -80,6 +85,43 @@ fn pressure_on_a_flat_punch_is_exact() {
     let even = pressures.iter().all(|p| (p - 50.0 * 0.1).abs() < 1e-12);
     assert!(even, "{pressures:?}");
     assert!((penalty(2.0, 0.5) - 160.0).abs() < 1e-12, "40 E / h");
+}
+
+/// A parabola in front of a triangle touches a plane as far from it as it is high there.
+#[test]
+fn a_raised_triangle_is_a_parabola() {
+    let x = [DVec3::ZERO, DVec3::X * 2.0, DVec3::Y];
+    let height = |x: DVec3| 0.3 * x.x * (2.0 - x.x - 2.0 * x.y) - 0.1 * x.x * x.y;
+    let middles = [DVec3::X, DVec3::new(1.0, 0.5, 0.0), DVec3::Y * 0.5];
+    let flat = ContactSurface::from_triangles(&[[0, 1, 2]], &x, 6).unwrap();
+    let surface = flat.raised(&[middles.map(height)]);
+    let mut contact = Contact::new(surface, ContactSettings::new(1.0));
+    for level in [0.25, 0.1, 0.0, -0.02] {
+        let pose = Pose {
+            position: DVec3::Z * level,
+            rotation: DQuat::from_rotation_x(std::f64::consts::PI),
+        };
+        let mut forces = [DVec3::ZERO; 3];
+        let sum = contact.add_forces(&FLOOR, &pose, &x, &mut forces);
+        let (mut area, mut deepest) = (0.0, 0.0_f64);
+        for point in &contact.active {
+            let depth = height(point.position) - level;
+            assert!((point.pressure - depth).abs() < 1e-12 && depth > 0.0);
+            area += point.area;
+            deepest = deepest.max(depth);
+        }
+        assert!(
+            (sum.area - area).abs() < 1e-12 && area > 0.0,
+            "{level}: {sum:?}"
+        );
+        assert!((sum.penetration - deepest).abs() < 1e-12, "{level}");
+        let points = contact.surface.points(0).map(|point| {
+            let bound = contact.surface.weights_of(0, point);
+            bound.map(|(n, w)| x[n] * w).sum::<DVec3>()
+        });
+        let touching = points.filter(|x| height(*x) > level).count();
+        assert_eq!(contact.active.len(), touching, "{level}");
+    }
 }
 
 #[test]

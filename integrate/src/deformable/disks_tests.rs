@@ -100,3 +100,31 @@ fn a_membrane_has_a_thickness() {
         "a single node makes a point without a disk"
     );
 }
+
+/// A sample on a sphere stands in front of the triangle of its nodes; one on a face beside the triangle that cuts off its edge does not.
+#[test]
+fn what_is_cut_off_of_a_crease_is_no_bulge() {
+    let circle =
+        |degrees: f64| DVec3::new(degrees.to_radians().cos(), 0.0, degrees.to_radians().sin());
+    let rest = [
+        circle(75.0),
+        circle(105.0) + DVec3::Y * 0.3,
+        circle(90.0) - DVec3::Y * 0.5,
+    ];
+    let mut disks = ContactDisks::default();
+    disks.push(sample(DVec3::Z, DVec3::Z, 0.1, 0), (&[0, 1, 2], &[]), &rest);
+    let bulge = 1.0 - 0.5 * (75.0_f64.to_radians().sin() + 1.0);
+    assert!(disks.thickness[0] > 0.2 * bulge, "{}", disks.thickness[0]);
+    // From one face to the other, each 0.5 from their edge along y.
+    let rest = [
+        DVec3::NEG_X * 0.5,
+        DVec3::new(-0.5, 1.0, 0.0),
+        DVec3::new(0.0, 0.5, -0.5),
+    ];
+    disks.push(
+        sample(DVec3::new(-0.2, 0.5, 0.0), DVec3::Z, 0.1, 0),
+        (&[0, 1, 2], &[]),
+        &rest,
+    );
+    assert!(disks.thickness[1].abs() < 1e-12, "{}", disks.thickness[1]);
+}

@@ -17,7 +17,7 @@ use super::folder::{OutputError, OutputFolder};
 use CheckpointFault as Fault;
 
 /// First line of a checkpoint.
-const MAGIC: &[u8] = b"phyxel checkpoint 15\n";
+const MAGIC: &[u8] = b"phyxel checkpoint 16\n";
 /// How a checkpoint of any format begins.
 const FAMILY: &[u8] = b"phyxel checkpoint ";
 /// Version of the program, that of all its crates, which a checkpoint belongs to: another may compute other bits.

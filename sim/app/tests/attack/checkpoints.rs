@@ -8,7 +8,7 @@ use testkit::cloud::Random;
 
 const SCENE: &str = include_str!("kept.ron");
 
-const MAGIC: usize = b"phyxel checkpoint 15\n".len();
+const MAGIC: usize = b"phyxel checkpoint 16\n".len();
 
 /// A checkpoint to damage.
 pub(crate) struct Kept(Vec<u8>);
