@@ -1,19 +1,18 @@
-"""Presses half an elastic sphere against a rigid plane by axisymmetric finite elements: the reference of `benches -- contact`.
+"""Presses half an elastic sphere or cylinder against a rigid plane by finite elements: the reference of `benches -- contact`.
 
 `pip install numpy scipy`, then `python3 benches/peers/sphere.py`. Half a sphere of 2 cm, clamped on its equator's plane, meets a
 plane 1 mm in front of its pole; by symmetry that is one of two equal spheres. Stable neo-Hookean law of scenes
 (`mu/2 (F:F - 3) - mu (J - 1) + (lambda + mu)/2 (J - 1)^2`), quadrilaterals of eight nodes with 3 x 3 points, refined towards the
-pole, penalty at four points an edge, Newton's method. Printed are the force, that over Hertz's, the radius in contact over
-Hertz's, of three meshes; and of a push a hundredth as deep, which comes near Hertz.
+pole, penalty at four points an edge, Newton's method. The sphere's are axisymmetric; the cylinder's are in plane strain, with
+Poisson's ratio 0. Printed are the force of three meshes (N, of the cylinder N/m), of the sphere over Hertz's, and the radius or
+half width in contact; then those of a push a hundredth as deep, which comes near Hertz.
 """
 
 import numpy as np
 import scipy.sparse as sparse
 from scipy.sparse.linalg import spsolve
 
-RADIUS, MODULUS, RATIO = 0.02, 5e3, 0.3
-MU = MODULUS / 2 / (1 + RATIO)
-LAMBDA = MODULUS * RATIO / (1 + RATIO) / (1 - 2 * RATIO)
+RADIUS, MODULUS = 0.02, 5e3
 
 
 def shape_functions(x, y):
@@ -28,8 +27,13 @@ def shape_functions(x, y):
     return np.array(n), np.array([dx, dy])
 
 
-class HalfSphere:
-    def __init__(self, count, grade):
+class Half:
+    """Of a sphere, or of a cylinder."""
+
+    def __init__(self, count, grade, sphere):
+        self.sphere, self.ratio = sphere, 0.3 if sphere else 0.0
+        self.mu = MODULUS / 2 / (1 + self.ratio)
+        self.bulk = self.mu / (1 - 2 * self.ratio)  # lambda + mu
         near = lambda t: (np.exp(grade * t) - 1) / (np.exp(grade) - 1)
         line = near(np.arange(count + 1) / count)
         line = np.sort(np.concatenate([line, 0.5 * (line[1:] + line[:-1])]))
@@ -59,13 +63,17 @@ class HalfSphere:
                 jacobian = np.einsum("ka,eai->eki", d, self.rest[self.elements])
                 slopes = np.einsum("eik,ka->eai", np.linalg.inv(jacobian), d)
                 radius = self.rest[self.elements][:, :, 0] @ n
-                volume = np.abs(np.linalg.det(jacobian)) * wx * wy * 2 * np.pi * radius
+                volume = np.abs(np.linalg.det(jacobian)) * wx * wy * self.around(radius)
                 # Rows of F: rr, rz, zr, zz and the hoop.
                 b = np.zeros((len(self.elements), 5, 16))
                 b[:, 0, 0::2] = b[:, 2, 1::2] = slopes[:, :, 0]
                 b[:, 1, 0::2] = b[:, 3, 1::2] = slopes[:, :, 1]
-                b[:, 4, 0::2] = n / radius[:, None]
+                b[:, 4, 0::2] = n / radius[:, None] if sphere else 0
                 self.points.append((b, volume))
+
+    def around(self, radius):
+        """What the half plane stands for: a ring, or both sides."""
+        return 2 * np.pi * radius if self.sphere else 2
 
     def evaluate(self, u, plane, penalty):
         """Forces, stiffness, force of the plane, radius in contact."""
@@ -77,9 +85,9 @@ class HalfSphere:
             rr, rz, zr, zz, hoop = f.T
             area = rr * zz - rz * zr
             minors = np.stack([zz * hoop, -zr * hoop, -rz * hoop, rr * hoop, area], 1)
-            pressure = -MU + (LAMBDA + MU) * (area * hoop - 1)
-            stress = MU * f + pressure[:, None] * minors
-            tangent = MU * np.eye(5) + (LAMBDA + MU) * np.einsum("ei,ej->eij", minors, minors)
+            pressure = -self.mu + self.bulk * (area * hoop - 1)
+            stress = self.mu * f + pressure[:, None] * minors
+            tangent = self.mu * np.eye(5) + self.bulk * np.einsum("ei,ej->eij", minors, minors)
             for i, j, second in [(0, 3, hoop), (1, 2, -hoop), (0, 4, zz), (1, 4, -zr), (2, 4, -rz), (3, 4, rr)]:
                 tangent[:, i, j] += pressure * second
                 tangent[:, j, i] += pressure * second
@@ -93,7 +101,7 @@ class HalfSphere:
             x = np.einsum("a,eai->ei", n, self.rest[self.top])
             edge = np.einsum("a,eai->ei", [s - 0.5, -2 * s, s + 0.5], self.rest[self.top])
             now = x + np.einsum("a,eai->ei", n, moved[self.top])
-            area = 2 * np.pi * x[:, 0] * np.hypot(*edge.T) * weight * penalty * (now[:, 1] > plane)
+            area = self.around(x[:, 0]) * np.hypot(*edge.T) * weight * penalty * (now[:, 1] > plane)
             np.add.at(forces, along, (area * (now[:, 1] - plane))[:, None] * n)
             push += np.sum(area * (now[:, 1] - plane))
             touched = max(touched, np.max(now[:, 0] * (area > 0)))
@@ -112,8 +120,9 @@ class HalfSphere:
         return push, touched
 
 
-for depth, grade, meshes in [(1e-3, 4, (16, 24, 32)), (1e-5, 7, (32,))]:
-    hertz = 4 / 3 * MODULUS / (1 - RATIO**2) * np.sqrt(RADIUS * depth**3)
+for sphere, depth, grade, meshes in [(True, 1e-3, 4, (16, 24, 32)), (True, 1e-5, 7, (32,)), (False, 1e-3, 4, (16, 24, 32))]:
+    hertz = 4 / 3 * MODULUS / (1 - 0.3**2) * np.sqrt(RADIUS * depth**3)
     for count in meshes:
-        push, touched = HalfSphere(count, grade).press(depth, 2e4 * MODULUS / RADIUS * 1e-3 / depth)
-        print(f"{depth * 1e3} mm, {count} x {count}: {push:.6g} N, {push / hertz:.4f} of Hertz, radius {touched / np.sqrt(RADIUS * depth):.3f}")
+        push, touched = Half(count, grade, sphere).press(depth, 20 * MODULUS / RADIUS / depth)
+        over = f", {push / hertz:.4f} of Hertz" if sphere else " a metre"
+        print(f"{depth * 1e3} mm, {count} x {count}: {push:.6g} N{over}, {1e3 * touched:.3g} mm in contact")

@@ -23,7 +23,7 @@ impl Rows {
 pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
     let size = if effort == Effort::Full { 3 } else { 1 };
     let mut rows = Rows::default();
-    for case in [press, patch, spheres, bars, slide] {
+    for case in [press, patch, curved, bars, slide] {
         case(size, &mut rows)?;
     }
     let table = Table::new(
@@ -38,7 +38,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
 const WORDS: &str = "Flanks: a block is cut through, then pressed by 5 % or drawn by 5 %; its force stands beside the uncut \
      block's. Patch: two blocks whose nodes do not match, pressed by 1 %, Poisson's ratio 0: the force of one \
      block, and strain that differs from 1 %. Spheres: two equal ones, and one against a rigid plane at half the \
-     approach (the same by symmetry), beside finite elements; at this depth Hertz (1882) is 12 % below them. Bars: two that collide; contact lasts 2L/c. \
+     approach (the same by symmetry), beside finite elements; at this depth Hertz (1882) is 12 % below them. Cylinders: the same in a plane. Bars: two that collide; contact lasts 2L/c. \
      Sliding: a block comes to rest after v²/2μg.";
 
 fn scene(text: &str) -> Result<Scene, StudyError> {
@@ -148,46 +148,67 @@ fn patch(size: u32, rows: &mut Rows) -> Result<(), StudyError> {
     Ok(())
 }
 
-/// Force (N) on one of two spheres, and their contact radius (m): `benches/peers/sphere.py`.
-const ELEMENTS: [f64; 2] = [0.03742, 4.47e-3];
+/// Radius (m) of spheres and cylinders, how far (m) each is pushed in, Young's modulus (Pa), half a cylinder's length (m).
+const RADIUS: f64 = 0.02;
+const PUSH: f64 = 0.001;
+const MODULUS: f64 = 5e3;
+const HALF: f64 = 0.015;
+/// Finite elements (`benches/peers/sphere.py`): force (N) on one of two spheres, radius (m) in contact, force (N/m) on one of two
+/// cylinders.
+const ON_SPHERE: f64 = 0.03742;
+const IN_CONTACT: f64 = 4.47e-3;
+const ON_CYLINDER: f64 = 3.013;
 
-fn spheres(size: u32, rows: &mut Rows) -> Result<(), StudyError> {
-    let (radius, push, modulus, ratio) = (0.02, 0.001, 5e3, 0.3);
-    let sphere = |name: &str, z: f64| {
+fn curved(size: u32, rows: &mut Rows) -> Result<(), StudyError> {
+    let body = |name: &str, shape: &str, ratio: f64, z: f64| {
         format!(
-            "(name: \"{name}\", shape: Ellipsoid(radii: ({radius}, {radius}, {radius})), position: (0, 0, {z}),
-            sampling: (target: Nodes({})), damping: 30,
-            material: (youngs_modulus: {modulus}, poissons_ratio: {ratio}, density: 1000))",
+            "(name: \"{name}\", shape: {shape}, position: (0, 0, {z}), sampling: (target: Nodes({})), damping: 30,
+            material: (youngs_modulus: {MODULUS}, poissons_ratio: {ratio}, density: 1000))",
             2000 * size
         )
     };
     let held = "(body: \"a\", region: HalfSpace(point: (0, 0, -0.02), normal: (0, 0, -1)))";
     let rest = "gravity: None, integration: (duration: 1.0, settle: None),";
-    let two = play(&format!(
-        "bodies: [{}, {}], supports: [{held}, (body: \"b\", region: HalfSpace(point: (0, 0, 0.02), normal: (0, 0, 1)),
+    let two = |shape: &str, ratio: f64| {
+        play(&format!(
+            "bodies: [{}, {}], supports: [{held}, (body: \"b\", region: HalfSpace(point: (0, 0, 0.02), normal: (0, 0, 1)),
             motion: Driven(path: [(time: 0), (time: 0.4, position: (0, 0, {}))]))], contact: (), {rest}",
-        sphere("a", -radius),
-        sphere("b", radius),
-        -2.0 * push
-    ))?;
-    let found = -reaction(&two.bodies()[1], 0.0);
+            body("a", shape, ratio, -RADIUS),
+            body("b", shape, ratio, RADIUS),
+            -2.0 * PUSH
+        ))
+    };
+    let sphere = format!("Ellipsoid(radii: ({RADIUS}, {RADIUS}, {RADIUS}))");
+    let spheres = two(&sphere, 0.3)?;
     let plane = play(&format!(
         "bodies: [{}], supports: [{held}], tools: [(shape: Plane(normal: (0, 0, -1)), path: [
             (time: 0), (time: 0.4, position: (0, 0, {}))])], {rest}",
-        sphere("a", -radius),
-        -push
+        body("a", &sphere, 0.3, -RADIUS),
+        -PUSH
     ))?;
+    let force = |world: &World| -reaction(&world.bodies()[1], 0.0);
     let pushed = plane.tool_forces()[0];
-    let [force, radius] = ELEMENTS;
-    rows.add("spheres", "force (N)", found, force);
-    rows.add("spheres", "force (N), a rigid plane", pushed.force.z, force);
-    let (between, _) = two.body_contact().expect("it is asked for");
+    rows.add("spheres", "force (N)", force(&spheres), ON_SPHERE);
+    let on_plane = "force (N), a rigid plane";
+    rows.add("spheres", on_plane, pushed.force.z, ON_SPHERE);
+    let (between, _) = spheres.body_contact().expect("it is asked for");
     for (figure, area) in [
         ("radius in contact (m)", between[0].area),
         ("radius in contact (m), a rigid plane", pushed.area),
     ] {
-        rows.add("spheres", figure, (area / PI).sqrt(), radius);
+        rows.add("spheres", figure, (area / PI).sqrt(), IN_CONTACT);
     }
+    // A tube must have a hole.
+    let cylinder = format!(
+        "Tube(from: (0, -{HALF}, 0), to: (0, {HALF}, 0), inner_radius: 1e-4, outer_radius: {RADIUS})"
+    );
+    let cylinders = force(&two(&cylinder, 0.0)?);
+    rows.add(
+        "cylinders",
+        "force (N)",
+        cylinders,
+        2.0 * HALF * ON_CYLINDER,
+    );
     Ok(())
 }
 
@@ -197,7 +218,7 @@ fn bars(size: u32, rows: &mut Rows) -> Result<(), StudyError> {
             "(name: \"{name}\", shape: Box(size: (0.1, 0.02, 0.02)), position: ({x}, 0, 0), velocity: ({v}, 0, 0),
             sampling: (target: Nodes({})), damping: 0,
             material: (youngs_modulus: 1e5, poissons_ratio: 0, density: 1000))",
-            700 * size
+            700 * size * size
         )
     };
     let scene = scene(&format!(
