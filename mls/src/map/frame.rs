@@ -45,9 +45,10 @@ pub struct MapFrame<'a> {
     pub(super) runs: PointRuns,
 }
 
-/// Value, weight and Jacobian of the forward map at one material point.
+/// The forward map at one material point.
 pub(super) struct Forward {
-    pub(super) position: DVec3,
+    /// World position (m) from that of the start node on.
+    pub(super) way: DVec3,
     pub(super) jacobian: DMat3,
 }
 
@@ -195,9 +196,14 @@ impl MapFrame<'_> {
         reached
     }
 
-    /// Forward map and its Jacobian over some nodes; `None` if their weights vanish.
-    pub(super) fn forward(&self, material: DVec3, nodes: &[u32]) -> Option<Forward> {
+    /// Forward map and its Jacobian over some nodes, `way` (m) in the material from a start node on; `None` if their
+    /// weights vanish. All that is added up is as small as the supports, so that a body may lie anywhere.
+    pub(super) fn forward(&self, start: u32, way: DVec3, nodes: &[u32]) -> Option<Forward> {
         let map = self.map;
+        let (rest_start, start) = (
+            map.rest_positions[start as usize],
+            self.positions[start as usize],
+        );
         let mut weight = 0.0;
         let mut weight_gradient = DVec3::ZERO;
         let mut displacement = DVec3::ZERO;
@@ -206,7 +212,8 @@ impl MapFrame<'_> {
         for &node in nodes {
             let i = node as usize;
             let h = map.support_radii[i];
-            let from = material - map.rest_positions[i];
+            let apart = map.rest_positions[i] - rest_start;
+            let from = way - apart;
             let r = from.length();
             let w = kernel(r / h);
             if w <= 0.0 {
@@ -218,7 +225,7 @@ impl MapFrame<'_> {
                 0.0
             };
             let stretch = self.gradients[i] - DMat3::IDENTITY;
-            let u = self.positions[i] - map.rest_positions[i] + stretch * from;
+            let u = self.positions[i] - start - apart + stretch * from;
             weight += w;
             weight_gradient += from * slope;
             displacement += u * w;
@@ -231,7 +238,7 @@ impl MapFrame<'_> {
         let u = displacement / weight;
         let slope = (gradient + coupling - outer(u, weight_gradient)) * weight.recip();
         Some(Forward {
-            position: material + u,
+            way: way + u,
             jacobian: DMat3::IDENTITY + slope,
         })
     }
@@ -245,28 +252,29 @@ impl MapFrame<'_> {
             nodes.retain(|&node| self.gradients[node as usize].determinant() >= least);
             nodes
         };
-        let bound = TOLERANCE * map.support_radii[start as usize];
         let i = start as usize;
-        let back = invert(&self.gradients[i])? * (world - self.positions[i]);
-        let mut material = map.rest_positions[i] + back;
+        let (rest_start, h) = (map.rest_positions[i], map.support_radii[i]);
+        let bound = TOLERANCE * h;
+        let asked = world - self.positions[i];
+        let mut way = invert(&self.gradients[i])? * asked;
         // One set of nodes serves all iterates that stay near its centre.
-        let slack = SLACK * map.support_radii[start as usize];
-        let mut centre = material;
-        let mut nodes = around(centre, slack);
-        let mut forward = self.forward(material, &nodes)?;
+        let slack = SLACK * h;
+        let mut centre = way;
+        let mut nodes = around(rest_start + centre, slack);
+        let mut forward = self.forward(start, way, &nodes)?;
         for _ in 0..STEP_LIMIT {
-            let residual = forward.position - world;
+            let residual = forward.way - asked;
             let step = invert(&forward.jacobian)? * residual;
             let mut damping = 1.0;
             let next = loop {
-                let trial = material - step * damping;
+                let trial = way - step * damping;
                 if (trial - centre).length_squared() > slack * slack {
                     centre = trial;
-                    nodes = around(centre, slack);
+                    nodes = around(rest_start + centre, slack);
                 }
-                let found = self.forward(trial, &nodes);
+                let found = self.forward(start, trial, &nodes);
                 let better = found.filter(|f| {
-                    let left = (f.position - world).length();
+                    let left = (f.way - asked).length();
                     left <= residual.length() || step.length() * damping <= bound
                 });
                 if let Some(found) = better {
@@ -277,15 +285,13 @@ impl MapFrame<'_> {
                     return None;
                 }
             };
-            material = next.0;
-            forward = next.1;
+            (way, forward) = next;
             // Newton doubles the digits: what is left after a step s is of order |s|²/h, so a step
             // below the square root of the tolerance was the last one needed.
             let step = (step * damping).length();
-            let h = map.support_radii[start as usize];
-            let left = (forward.position - world).length();
+            let left = (forward.way - asked).length();
             if step <= bound || (damping > 0.9 && step * step <= bound * h && left <= bound) {
-                return Some((material, forward));
+                return Some((rest_start + way, forward));
             }
         }
         None
