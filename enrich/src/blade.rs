@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::bounds::Bounds;
 use crate::cuts::Cuts;
 use crate::error::CutError;
-use crate::front::{EdgePlace, Front, Patch, SweptPair, close_edge, swept_pairs};
+use crate::front::{EdgePlace, Front, LAST_SKIN, Patch, SKIN, SweptPair, close_edge, swept_pairs};
 use crate::graph::Graph;
 use crate::polyline::{
     divided, largest_distance, pieces, resampled, shares, swept_surface, within,
@@ -174,7 +174,9 @@ impl Blade {
         let mut patches = Vec::new();
         let before = self.front.line;
         let mut from = self.last.clone();
-        for share in self.looks(&now, body) {
+        let looks = self.looks(&now, body);
+        let last_look = looks.last().copied();
+        for share in looks {
             let to: Vec<DVec3> = (self.last.iter().zip(&now))
                 .map(|(last, now)| last.lerp(*now, share))
                 .collect();
@@ -185,7 +187,11 @@ impl Blade {
                 from.par_iter().zip(&to).map(found).collect()
             };
             let moved = largest_distance(&from, &to);
-            patches.push(self.front.advance(cuts, &places, moved, body.inside)?);
+            let least = least_step(ends && Some(share) == last_look);
+            let patch = self
+                .front
+                .advance(cuts, &places, moved, body.inside, least)?;
+            patches.push(patch);
             from = to;
         }
         let missed = self.settle_debts(&now, cuts, body, ends, &mut patches)?;
@@ -278,7 +284,8 @@ impl Blade {
                 break;
             }
             let points: Vec<DVec3> = due.iter().map(|pair| pair.point).collect();
-            let patch = self.front.reach(cuts, &points, body.inside)?;
+            let least = least_step(ends);
+            let patch = self.front.reach(cuts, &points, body.inside, least)?;
             if patch.triangles.is_empty() {
                 break;
             }
@@ -370,6 +377,11 @@ impl DeformedBody<'_> {
     }
 }
 
+/// The least step of a front (in spacings), the last of a stroke or not.
+fn least_step(is_last: bool) -> f64 {
+    if is_last { LAST_SKIN } else { SKIN }
+}
+
 /// The box around some points, grown on every side by its diagonal: farther off nothing is cut.
 fn reach_of(points: &[DVec3]) -> Bounds {
     let bounds = Bounds::of(points);
@@ -412,51 +424,81 @@ mod tests {
         assert_eq!(Blade::new(&away, 0.1, &body).last, away, "not divided");
     }
 
-    /// A block of 7 x 7 x 7 nodes at rest, one apart: the material is the world. A blade through all of it crosses
-    /// each pair across its plane, in however many sweeps, and no other.
-    #[test]
-    fn a_blade_through_a_block_crosses_the_pairs_across_its_plane() {
+    /// A block of 7 x 7 x 7 nodes at rest, one apart: the material is the world. Cuts it from y = -5 on with an edge at x = 0.4 that
+    /// goes from place to place, and ends; what a blade adds to the cut.
+    fn cut_through(ys: &[f64], cuts: &mut Cuts) -> Vec<Sweep> {
         let block = crate::tests::slow::Cloud::block();
-        let (nodes, indices) = (&block.x, &block.indices);
+        let nodes = &block.x;
         let nearest = |world: DVec3| {
             let away = |k: &u32| nodes[*k as usize].distance_squared(world);
             let order = |a: &u32, b: &u32| away(a).total_cmp(&away(b));
             (0..343).min_by(order).unwrap()
         };
         let inside = |x: DVec3| x.abs().max_element() <= 3.0;
+        let body = DeformedBody {
+            rest: nodes,
+            present: block.graph(),
+            spacing: 1.0,
+            inside: &inside,
+            preimage: &|world, seen| {
+                let found = inside(world) && seen(nearest(world), world);
+                found.then_some((world, DMat3::IDENTITY))
+            },
+            nearest: &|world, reach| {
+                let found = Some(nearest(world));
+                found.filter(|node| nodes[*node as usize].distance(world) <= reach)
+            },
+            known: &|_| false,
+        };
+        let edge = |y: f64| [DVec3::new(0.4, y, -5.0), DVec3::new(0.4, y, 5.0)];
+        let mut blade = Blade::new(&edge(-5.0), 1.0, nodes);
+        let mut sweeps = Vec::new();
+        for (k, y) in ys.iter().enumerate() {
+            let swept = blade.sweep(&edge(*y), cuts, &body, k + 1 == ys.len());
+            let (sweep, missed) = swept.unwrap();
+            assert!(sweep.is_finite() && missed == 0, "{missed} missed");
+            assert!(blade.is_sound(nodes.len()), "it can be kept");
+            sweeps.push(sweep);
+        }
+        sweeps
+    }
+
+    /// It crosses each pair across its plane, in however many sweeps, and no other.
+    #[test]
+    fn a_blade_through_a_block_crosses_the_pairs_across_its_plane() {
+        let block = crate::tests::slow::Cloud::block();
         for sweeps in [1, 2, 9] {
             let mut cuts = Cuts::new(&crate::cuts::CutSettings::for_spacing(1.0));
-            let body = DeformedBody {
-                rest: nodes,
-                present: block.graph(),
-                spacing: 1.0,
-                inside: &inside,
-                preimage: &|world, seen| {
-                    let found = inside(world) && seen(nearest(world), world);
-                    found.then_some((world, DMat3::IDENTITY))
-                },
-                nearest: &|world, reach| {
-                    let found = Some(nearest(world));
-                    found.filter(|node| nodes[*node as usize].distance(world) <= reach)
-                },
-                known: &|_| false,
-            };
-            let edge = |y: f64| [DVec3::new(0.4, y, -5.0), DVec3::new(0.4, y, 5.0)];
-            let mut blade = Blade::new(&edge(-5.0), 1.0, nodes);
-            for k in 0..=sweeps {
-                let y = -5.0 + 10.0 * f64::from(k) / f64::from(sweeps);
-                let swept = blade.sweep(&edge(y), &mut cuts, &body, k == sweeps);
-                let (sweep, missed) = swept.unwrap();
-                assert!(sweep.is_finite() && missed == 0, "{missed} missed");
-                assert!(blade.is_sound(nodes.len()), "it can be kept");
+            let at = |k: u32| -5.0 + 10.0 * f64::from(k) / f64::from(sweeps);
+            cut_through(&(0..=sweeps).map(at).collect::<Vec<_>>(), &mut cuts);
+            for (i, j) in block.pairs() {
+                let (a, b) = (block.x[i], block.x[j]);
+                let across = (a.x < 0.4) != (b.x < 0.4);
+                assert_eq!(cuts.crosses(a, b), across, "{a} {b} in {sweeps} sweeps");
             }
-            for i in 0..nodes.len() {
-                for &j in &indices[body.present.pairs(i)] {
-                    let (a, b) = (nodes[i], nodes[j as usize]);
-                    let across = (a.x < 0.4) != (b.x < 0.4);
-                    assert_eq!(cuts.crosses(a, b), across, "{a} {b} in {sweeps} sweeps");
-                }
+        }
+    }
+
+    /// However far apart the blade's places are, and wherever the last but one, the cut ends where the blade does; and its strips
+    /// alone give the same cut, the narrow last ones too.
+    #[test]
+    fn a_cut_ends_where_its_blade_does() {
+        for step in [0.04, 0.07, 0.13, 0.3, 0.47] {
+            let mut cuts = Cuts::new(&crate::cuts::CutSettings::for_spacing(1.0));
+            let mut again = cuts.clone();
+            again.set_weld_tolerance(0.0);
+            let places = (0..).map(|k| -5.0 + step * f64::from(k));
+            let mut ys: Vec<f64> = places.take_while(|y| *y < 0.16).collect();
+            ys.push(0.16);
+            for patch in cut_through(&ys, &mut cuts).iter().flat_map(|s| &s.patches) {
+                let added = again.add_surface(&patch.vertices, &patch.triangles);
+                assert!(!added.unwrap().is_empty(), "every {step}");
             }
+            let (vertices, _) = cuts.surface();
+            let within = vertices.iter().filter(|x| x.z.abs() < 2.5);
+            let end = within.map(|x| x.y).fold(-9.0, f64::max);
+            assert!((end - 0.16).abs() <= 0.01, "every {step}: {end}");
+            assert_eq!(cuts.surface(), again.surface(), "every {step}");
         }
     }
 }

@@ -186,15 +186,18 @@ impl Cuts {
         vertices: &[DVec3],
         triangles: &[[u32; 3]],
     ) -> Result<Range<usize>, CutError> {
-        Ok(self.add_welded(vertices, triangles)?.0)
+        let mut places = vertices.to_vec();
+        self.add_welded(&mut places, triangles, (&[], 0.0))
     }
 
-    /// As [`Cuts::add_surface`]; also the positions (m) that the vertices came to.
+    /// As [`Cuts::add_surface`]; the vertices become the positions that they came to. To some vertices (m) points weld only within
+    /// a distance (m) of their own.
     pub(crate) fn add_welded(
         &mut self,
-        vertices: &[DVec3],
+        vertices: &mut [DVec3],
         triangles: &[[u32; 3]],
-    ) -> Result<(Range<usize>, Vec<DVec3>), CutError> {
+        own: (&[DVec3], f64),
+    ) -> Result<Range<usize>, CutError> {
         check_points(vertices)?;
         for (triangle, corners) in triangles.iter().enumerate() {
             for &vertex in corners {
@@ -208,12 +211,14 @@ impl Cuts {
             }
         }
         let first = self.triangles.len();
-        let welded: Vec<u32> = vertices.iter().map(|&p| self.welded(p)).collect();
+        let welded: Vec<u32> = vertices.iter().map(|&p| self.welded_but(p, own)).collect();
         for corners in triangles {
             self.add(corners.map(|c| welded[c as usize]));
         }
-        let places = welded.iter().map(|&v| self.edges.vertices[v as usize]);
-        Ok((first..self.triangles.len(), places.collect()))
+        for (vertex, welded) in vertices.iter_mut().zip(welded) {
+            *vertex = self.edges.vertices[welded as usize];
+        }
+        Ok(first..self.triangles.len())
     }
 
     /// Removes what was added since the cut had so many vertices and triangles ([`Cuts::surface`]): the cut answers
@@ -359,12 +364,18 @@ impl Cuts {
 
     /// The nearest vertex within the tolerance; else a new one.
     pub(crate) fn welded(&mut self, point: DVec3) -> u32 {
+        self.welded_but(point, (&[], 0.0))
+    }
+
+    fn welded_but(&mut self, point: DVec3, (own, least): (&[DVec3], f64)) -> u32 {
         let tolerance = self.settings.weld_tolerance;
         let mut best: Option<(f64, u32)> = None;
         let near = Bounds::of(&[point]).grown(tolerance);
         self.vertex_index.in_box(&near, |vertex| {
-            let distance = self.edges.vertices[vertex as usize].distance(point);
-            if distance <= tolerance && best.is_none_or(|found| (distance, vertex) < found) {
+            let place = self.edges.vertices[vertex as usize];
+            let distance = place.distance(point);
+            let joins = distance <= tolerance && (distance <= least || !own.contains(&place));
+            if joins && best.is_none_or(|found| (distance, vertex) < found) {
                 best = Some((distance, vertex));
             }
         });

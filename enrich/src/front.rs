@@ -23,6 +23,9 @@ pub(crate) use swept::{SweptPair, close_edge, swept_pairs};
 /// Below this fraction of the spacing ahead of a front there is no telling a surface or an older sheet
 /// from the front: it is passed. It is the default weld tolerance.
 pub(crate) const SKIN: f64 = 0.1;
+/// What takes its place where a stroke ends: the front comes as near to the blade. With its front off by d, a cut of depth a has
+/// released two to three times d/a more or less: 1 % where a is 3 spacings.
+pub(crate) const LAST_SKIN: f64 = 0.01;
 /// How far a front that leaves the body is carried on, in spacings: a sheet that ends on the surface
 /// severs none of the pairs that lie in it.
 pub(crate) const OVERSHOOT: f64 = 0.5;
@@ -59,7 +62,7 @@ pub(crate) enum EdgePlace {
     Air,
 }
 
-/// Triangles that were added to a cut; adding them again ([`Cuts::add_surface`]) gives the same cut.
+/// Triangles that were added to a cut; adding them again ([`Cuts::add_surface`]) without a weld tolerance gives the same cut.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Patch {
@@ -172,6 +175,7 @@ impl Front {
     /// * `places` -- where the samples are, one each; no more than half a spacing from the last.
     /// * `moved` -- largest path length (m) of a sample in the world since the last call.
     /// * `inside` -- whether a material point lies in the uncut body.
+    /// * `least` -- smaller steps (in spacings) are none: [`SKIN`], or [`LAST_SKIN`] where the stroke ends.
     ///
     /// # Errors
     /// [`CutError::NotFinite`]; cut and front are then unchanged.
@@ -184,6 +188,7 @@ impl Front {
         places: &[EdgePlace],
         moved: f64,
         inside: &dyn Fn(DVec3) -> bool,
+        least: f64,
     ) -> Result<Patch, CutError> {
         assert_eq!(places.len(), self.samples.len(), "one place per sample");
         for sample in &mut self.samples {
@@ -192,7 +197,7 @@ impl Front {
         let mut steps: Vec<Step> = {
             let around = Surroundings { cuts, inside };
             (0..places.len())
-                .map(|k| self.step(k, places[k], &around))
+                .map(|k| self.step(k, places[k], &around, least))
                 .collect()
         };
         self.hold_torn(&mut steps, places, cuts);
@@ -200,7 +205,7 @@ impl Front {
         for (step, sample) in steps.iter().zip(&mut self.samples) {
             sample.torn &= *step == Step::Stay;
         }
-        let patch = self.take(cuts, &steps, places, inside)?;
+        let patch = self.take(cuts, &steps, places, inside, least)?;
         for (sample, place) in self.samples.iter_mut().zip(places) {
             sample.last = Some(*place);
         }
@@ -208,7 +213,7 @@ impl Front {
     }
 
     /// Moves the front on to material points (m) that the blade has passed, as far as they lie ahead
-    /// of it within two spacings, and adds the strip to the cut.
+    /// of it within two spacings, and adds the strip to the cut; `least` as of [`Front::advance`].
     ///
     /// # Errors
     /// [`CutError::NotFinite`]; cut and front are then unchanged.
@@ -217,6 +222,7 @@ impl Front {
         cuts: &mut Cuts,
         points: &[DVec3],
         inside: &dyn Fn(DVec3) -> bool,
+        least: f64,
     ) -> Result<Patch, CutError> {
         let stays = |sample: &EdgeSample| match sample.anchor {
             Some(_) => Step::Stay,
@@ -235,7 +241,8 @@ impl Front {
                 };
                 if ahead > farthest[k] {
                     farthest[k] = ahead;
-                    let to = anchor.at + way * (1.0 + THROUGH * self.spacing / ahead);
+                    let beyond = THROUGH / SKIN * least * self.spacing;
+                    let to = anchor.at + way * (1.0 + beyond / ahead);
                     let step = if inside(to) { Step::Go } else { Step::Leave };
                     steps[k] = step(to);
                 }
@@ -244,7 +251,7 @@ impl Front {
         self.refuse_turns(&mut steps);
         let last = |sample: &EdgeSample| sample.last.unwrap_or(EdgePlace::Air);
         let places: Vec<EdgePlace> = self.samples.iter().map(last).collect();
-        self.take(cuts, &steps, &places, inside)
+        self.take(cuts, &steps, &places, inside, least)
     }
 
     /// The samples at both ends of the piece of the front that a point lies straight ahead of, and the

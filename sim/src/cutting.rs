@@ -364,13 +364,9 @@ impl Body {
     }
 
     /// Does again what [`Body::capture`] and [`Body::apply`] did, but for what depends on the motion.
-    pub(crate) fn replay(
-        &mut self,
-        kept: &CapturedEdge,
-        weld_tolerance: Option<f64>,
-    ) -> Result<CutUpdate, BodyProblem> {
+    pub(crate) fn replay(&mut self, kept: &CapturedEdge) -> Result<CutUpdate, BodyProblem> {
         self.with_cutting(|body, cutting| {
-            cutting.set_weld_tolerance(body, weld_tolerance);
+            cutting.cuts.set_weld_tolerance(0.0);
             let first = cutting.cuts.triangle_count();
             for patch in &kept.sweep.patches {
                 cutting

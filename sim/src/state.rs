@@ -205,11 +205,10 @@ impl World {
     }
 
     fn capture_again(&mut self, edge: &CapturedEdge) -> Result<(), WorldError> {
-        let cut = self.scene.cuts.get(edge.cut);
         let Some(body) = self.bodies.get_mut(edge.body) else {
             return Ok(());
         };
-        let update = body.replay(edge, cut.and_then(|cut| cut.weld_tolerance));
+        let update = body.replay(edge);
         let update = in_body(update, &body.name)?;
         self.take_note(edge.body, update)
     }

@@ -108,7 +108,13 @@ fn last_true(mut low: f64, mut high: f64, holds: impl Fn(f64) -> bool) -> f64 {
 
 impl Front {
     /// What a sample's position asks for.
-    pub(super) fn step(&self, k: usize, place: EdgePlace, around: &Surroundings<'_>) -> Step {
+    pub(super) fn step(
+        &self,
+        k: usize,
+        place: EdgePlace,
+        around: &Surroundings<'_>,
+        least: f64,
+    ) -> Step {
         let (sample, h) = (&self.samples[k], self.spacing);
         let Some(anchor) = &sample.anchor else {
             return match place {
@@ -117,7 +123,9 @@ impl Front {
             };
         };
         match place {
-            EdgePlace::Inside { at, came } => self.step_inside(k, anchor, at, came, around),
+            EdgePlace::Inside { at, came } => {
+                self.step_inside(k, anchor, [at, came], around, least)
+            }
             EdgePlace::Outside { at } => {
                 let way = at - anchor.at;
                 let across = self.across(k, way);
@@ -157,16 +165,16 @@ impl Front {
         &self,
         k: usize,
         anchor: &Anchor,
-        at: DVec3,
-        came: DVec3,
+        [at, came]: [DVec3; 2],
         around: &Surroundings<'_>,
+        least: f64,
     ) -> Step {
         let (sample, h) = (&self.samples[k], self.spacing);
         let way = at - anchor.at;
         let across = self.across(k, way);
         let length = across.length();
         // What is welded to the front's own vertex is no step.
-        if length <= SKIN * h {
+        if length <= least * h {
             return Step::Stay;
         }
         // The tissue may have moved against the blade: two spacings more than the blade. One that was

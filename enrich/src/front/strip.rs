@@ -35,6 +35,7 @@ impl Front {
         steps: &[Step],
         places: &[EdgePlace],
         inside: &dyn Fn(DVec3) -> bool,
+        least: f64,
     ) -> Result<Patch, CutError> {
         let mut corners: Vec<[DVec3; 3]> = Vec::new();
         let mut fronts: Vec<Vec<Vertex>> = Vec::new();
@@ -48,11 +49,13 @@ impl Front {
             before.extend(old.iter().map(|vertex| vertex.at));
             fronts.push(new);
         }
-        let patch = patch_of(&corners);
-        let (_, welded) = cuts.add_welded(&patch.vertices, &patch.triangles)?;
+        let mut patch = patch_of(&corners);
+        let asked = patch.vertices.clone();
+        let own = (&before[..], least * self.spacing);
+        cuts.add_welded(&mut patch.vertices, &patch.triangles, own)?;
         let place_of = |at: DVec3| {
-            let known = patch.vertices.iter().position(|&vertex| vertex == at);
-            known.map_or(at, |vertex| welded[vertex])
+            let known = asked.iter().position(|&vertex| vertex == at);
+            known.map_or(at, |vertex| patch.vertices[vertex])
         };
         for front in &mut fronts {
             for vertex in front {

@@ -142,10 +142,10 @@ pub(crate) fn close_edge(
     let reach = THROUGH * spacing;
     let around = Surroundings { cuts, inside };
     let beyond = around.beyond(point, way, reach, spacing);
-    let patch = Patch {
+    let mut patch = Patch {
         vertices: vec![p, q, beyond.map_or(point + way * reach, |(_, at)| at)],
         triangles: vec![[0, 1, 2]],
     };
-    cuts.add_surface(&patch.vertices, &patch.triangles)?;
+    cuts.add_welded(&mut patch.vertices, &patch.triangles, (&[], 0.0))?;
     Ok(patch)
 }

@@ -94,7 +94,7 @@ impl Front {
         }
         // Ends are carried along: where the blade is says nothing of them.
         let places = vec![EdgePlace::Gap; steps.len()];
-        patches.push(self.take(cuts, &steps, &places, inside)?);
+        patches.push(self.take(cuts, &steps, &places, inside, SKIN)?);
         Ok(patches)
     }
 

@@ -78,14 +78,14 @@ fn lead_into(block: &Cloud, cuts: &mut Cuts, path: &[Vec<DVec3>]) {
     for now in path {
         let moved = last[0].distance(now[0]);
         let places = places(last, now);
-        front.advance(cuts, &places, moved, &inside).unwrap();
+        front.advance(cuts, &places, moved, &inside, SKIN).unwrap();
         let sweep = swept_surface(last, now);
         let swept = swept_pairs(&block.graph(), &block.x, &sweep, &|_| false);
         let missed = |cuts: &Cuts| -> Vec<DVec3> {
             let missed = |pair: &&SweptPair| pair.is_missed(&block.x, cuts, 1.0);
             swept.iter().filter(missed).map(|pair| pair.point).collect()
         };
-        front.reach(cuts, &missed(cuts), &inside).unwrap();
+        front.reach(cuts, &missed(cuts), &inside, SKIN).unwrap();
         for point in missed(cuts) {
             close_edge(cuts, point, 1.0, &inside).unwrap();
         }
@@ -101,7 +101,7 @@ fn drive(front: &mut Front, cuts: &mut Cuts, path: &[Vec<DVec3>]) -> Vec<Patch> 
     let steps = path.iter().map(|now| {
         let places = places(last, now);
         last = now;
-        front.advance(cuts, &places, 0.45, &inside).unwrap()
+        front.advance(cuts, &places, 0.45, &inside, SKIN).unwrap()
     });
     steps.collect()
 }
@@ -177,12 +177,16 @@ fn a_blade_that_stands_or_goes_back_in_its_gap_adds_nothing() {
     for (k, pair) in back.windows(2).enumerate() {
         let places = places(&pair[0], &pair[1]);
         let places = if k % 2 == 1 { in_gap(places) } else { places };
-        let patch = front.advance(&mut cuts, &places, 0.45, &inside).unwrap();
+        let patch = front
+            .advance(&mut cuts, &places, 0.45, &inside, SKIN)
+            .unwrap();
         assert!(patch.triangles.is_empty(), "place {k}: {patch:?}");
     }
     assert_eq!(cuts.triangle_count(), before);
     let places = places(&back[4], &edge(0.3, -0.3));
-    front.advance(&mut cuts, &places, 0.45, &inside).unwrap();
+    front
+        .advance(&mut cuts, &places, 0.45, &inside, SKIN)
+        .unwrap();
     assert!(cuts.triangle_count() > before, "it goes on from there");
     let inner = block.x.len();
     assert_eq!(pieces(&block, &cuts), [u32::try_from(inner).unwrap()]);
@@ -201,7 +205,9 @@ fn a_branch_starts_through_the_sheet_and_severs() {
         if step == 0 {
             places = in_gap(places);
         }
-        front.advance(&mut cuts, &places, 0.4, &inside).unwrap();
+        front
+            .advance(&mut cuts, &places, 0.4, &inside, SKIN)
+            .unwrap();
         last = now;
     }
     let sizes = pieces(&block, &cuts);
@@ -214,6 +220,7 @@ fn the_same_patches_give_the_same_cut() {
     let mut again = cuts.clone();
     let mut front = Front::new(13, 1.0);
     for patch in drive(&mut front, &mut cuts, &down(0.3, -3.4)) {
+        again.set_weld_tolerance(0.0);
         again
             .add_surface(&patch.vertices, &patch.triangles)
             .unwrap();
@@ -297,15 +304,15 @@ fn the_front_is_led_to_points_straight_ahead_of_it_only() {
     // A segment through it, across the plane x.
     let (a, b) = (point - DVec3::X * 0.4, point + DVec3::X * 0.4);
     assert!(!cuts.crosses(a, b));
-    front.reach(&mut cuts, &[point], &inside).unwrap();
+    front.reach(&mut cuts, &[point], &inside, SKIN).unwrap();
     assert!(cuts.crosses(a, b), "it lies between two samples");
     let sheet = before..cuts.triangle_count();
     let area: f64 = sheet.map(|t| cuts.area(t)).sum();
     // Two samples advance by 0.65, and their neighbours stay: a trapezoid of 1 and 3.
     assert!((area - 0.65 * 2.0).abs() < 1e-9, "{area}");
-    let again = front.reach(&mut cuts, &[DVec3::new(0.3, 0.8, 1.0)], &inside);
+    let again = front.reach(&mut cuts, &[DVec3::new(0.3, 0.8, 1.0)], &inside, SKIN);
     assert!(again.unwrap().triangles.is_empty(), "behind it");
-    let again = front.reach(&mut cuts, &[DVec3::new(0.9, 0.8, -0.5)], &inside);
+    let again = front.reach(&mut cuts, &[DVec3::new(0.9, 0.8, -0.5)], &inside, SKIN);
     assert!(again.unwrap().triangles.is_empty(), "beside it");
     assert!(front.is_sound() && block.x.len() == 343);
 }
@@ -375,7 +382,7 @@ fn a_blade_passes_what_has_torn() {
     assert_eq!(torn, [true, false, true, false]);
     // Beside the tear the blade begins nothing.
     let flank = |x: f64| places(&edge(x, 1.0), &edge(x, 0.6));
-    let added = front.advance(&mut cuts, &flank(1.7), 0.45, &inside);
+    let added = front.advance(&mut cuts, &flank(1.7), 0.45, &inside, SKIN);
     assert!(added.unwrap().triangles.is_empty());
     let path = even(1.2, -5.0, |z| edge(0.3, z));
     let mut last = &path[0];
@@ -384,7 +391,9 @@ fn a_blade_passes_what_has_torn() {
         for place in places.iter_mut().filter(|_| now[0].z > -0.3).skip(7) {
             *place = in_gap(vec![*place])[0];
         }
-        front.advance(&mut cuts, &places, 0.45, &inside).unwrap();
+        front
+            .advance(&mut cuts, &places, 0.45, &inside, SKIN)
+            .unwrap();
         last = now;
     }
     let sizes = pieces(&block, &cuts);
