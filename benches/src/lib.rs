@@ -4,7 +4,7 @@
 //! A scene is run by `watch::run`, which watches every step and gives a `Row`; `batch::run_all` runs
 //! many and writes them as CSV. `cargo run --release -p benches -- NAME` runs one study.
 //!
-//! What leaves this crate is the command, and the body that the bench `integrate` moves.
+//! What leaves this crate is the command.
 #![allow(
     unreachable_pub,
     clippy::cast_possible_truncation,
@@ -38,10 +38,7 @@ mod studies;
 mod watch;
 
 pub use command::main;
-pub use error::StudyError;
-pub use problems::model::ElasticBody;
-pub use problems::solid::Solid;
-
+use error::StudyError;
 use row::Row;
 use studies::{Effort, Findings, Study};
 use watch::Options;
