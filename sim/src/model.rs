@@ -19,7 +19,7 @@ use crate::support::numbered;
 const FLAT: f64 = 1e-3;
 
 /// Nearest nodes that become neighbours, both ways, where no tetrahedra tell: with 14 a beam of 3,968
-/// points bends 4.8 % too far, with 18 6.0 % (`benches beam`).
+/// points bends 4.8 % too far, with 18 6.0 %.
 const NEAREST: usize = 14;
 
 /// The stencils of a body on its neighbours, for its elastic model.

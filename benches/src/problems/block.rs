@@ -105,16 +105,6 @@ impl Block {
         Self::of(mirrored_block(cells, size, jitter, seed))
     }
 
-    /// The same nodes coupled by another graph, which must be symmetric.
-    pub fn on_graph(&self, graph: Neighborhoods) -> Result<Self, StudyError> {
-        let stencils = conservative(&self.rest, &self.volumes, &self.boundary, &graph)?;
-        Ok(Self {
-            graph,
-            stencils,
-            ..self.clone()
-        })
-    }
-
     /// The same body with its nodes along a space-filling curve, as a simulation has them.
     pub fn ordered(nodes: &[DVec3], tetrahedra: &[[u32; 4]]) -> Result<Self, StudyError> {
         let order = space_filling_order(nodes);
@@ -152,11 +142,6 @@ impl Block {
             }
         }
         forces
-    }
-
-    /// Nodal forces (N) of a force per volume (N/m³).
-    pub fn weight(&self, force: DVec3) -> Vec<DVec3> {
-        self.volumes.iter().map(|v| force * *v).collect()
     }
 
     /// The elastic model of one material on `stencils`: the body's own, or those of a cut.

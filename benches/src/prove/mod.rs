@@ -79,7 +79,6 @@ pub const CLAIMS: &[Claim] = claims! {
     "dropped-sphere" dynamics::dropped_sphere, "a dropped sphere bounces with a closed audit";
     "geodesics-random" geodesics::geodesics_random, "factors around random strips are those of sampled shortest paths";
     "geodesics-twisted" geodesics::geodesics_twisted, "factors around twisted strips are those of sampled shortest paths";
-    "beam" studies::beam, "the study beam: near the finite elements";
     "figures" studies::figures, "the study figures: each is drawn, table 1 has its pattern";
     "stretch" stretch::stretch, "a stretched cube with free sides has the stress of every material's closed form";
     "splat-curvature" studies::splat_curvature, "the study splat: where following curvature gains";

@@ -106,18 +106,6 @@ pub(super) fn opening(proof: &mut Proof) {
     }
 }
 
-pub(super) fn beam(proof: &mut Proof) {
-    let findings = study("beam");
-    let errors = numbers(&findings, "deflection", "error", []);
-    assert_eq!(errors.len(), 8, "three ratios and points, two spacings");
-    for (errors, most) in errors.chunks(2).zip([4.0, 4.0, 4.0, 40.0]) {
-        // 1.2 % at nu 0.3 with four cells over the depth of a lattice that fits the beam; 33 % of points
-        // without tetrahedra, which need eight cells for 5 %.
-        proof.below("error of the deflection, fine, %", errors[1].abs(), most);
-        proof.below("fine against coarse", errors[1].abs(), errors[0].abs());
-    }
-}
-
 /// The findings of the study of splats, run once for all that ask.
 fn splat_study() -> &'static Findings {
     static FINDINGS: LazyLock<Findings> = LazyLock::new(|| study("splat"));
@@ -376,11 +364,11 @@ pub(super) fn command_line(proof: &mut Proof) {
         let named = list.contains(&format!("\n  {} ", study.name));
         proof.holds(format!("--help names {}", study.name), named);
     }
-    let wrong = benches(&sandbox, &["beams"]).output();
+    let wrong = benches(&sandbox, &["fields"]).output();
     let wrong = wrong.expect("it starts");
     let said = String::from_utf8(wrong.stderr).expect("it is text");
     assert_eq!(wrong.status.code(), Some(2), "{said}");
-    proof.holds("a misspelt study is named", said.contains("'beam'"));
+    proof.holds("a misspelt study is named", said.contains("'field'"));
     assert_eq!(sandbox.path().read_dir().expect("it is there").count(), 0);
 }
 

@@ -3,7 +3,6 @@
 //! A study answers one question with tables and plots. Running one writes every table as CSV, every
 //! plot as SVG, and one HTML page with all of them and the machine.
 
-mod beam;
 mod chapter6;
 mod contact;
 mod crack;
@@ -69,8 +68,6 @@ macro_rules! studies {
 
 /// Every study.
 pub const STUDIES: &[Study] = studies! {
-    "beam" beam::run, "A cantilever under a load at its end",
-        "how far off is the deflection, and what does a simulated second cost?";
     "hertz" hertz::run, "A sphere pressed into a block",
         "how far off is the force of a tool, against half-space theory and finite elements?";
     "field" field::run, "Displacements under a sphere, as nodal values and as read",
