@@ -1,6 +1,5 @@
 //! The plots of the READMEs, each drawn by `cargo run --release -p benches -- draw NAME --out FOLDER`.
 
-mod beam_time;
 mod convergence;
 mod force;
 
@@ -16,8 +15,6 @@ use crate::error::of_file;
 pub enum Drawing {
     /// Moving least squares: error against spacing (`mls/convergence.svg`).
     Convergence,
-    /// A cantilever: error against time (`elastic/elastic_error_solution.svg`).
-    BeamTime,
     /// Force against indentation (`integrate/force_indentation.svg`).
     Force,
 }
@@ -28,7 +25,6 @@ impl Drawing {
         std::fs::create_dir_all(folder).map_err(of_file(folder))?;
         match self {
             Self::Convergence => convergence::draw(folder),
-            Self::BeamTime => beam_time::draw(folder),
             Self::Force => force::draw(folder),
         }
     }
