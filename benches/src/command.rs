@@ -24,7 +24,7 @@ use crate::row::Row;
 use crate::studies::{Effort, STUDIES, Study, write_page};
 use crate::watch::Options;
 use crate::{
-    StudyError, cook, cracks, grids, griffith, incision, matrix, mechanics, organs, prove, random,
+    StudyError, cook, cracks, griffith, incision, matrix, mechanics, organs, prove, random,
     spin,
 };
 
@@ -54,8 +54,6 @@ enum Verdict {
     },
     /// The organ meshes of the folder that `PHYXEL_MESHES` names, in the default scene.
     Organs(Batch),
-    /// The embedded scenes with the dissertation's enrichment grid, at three node counts each.
-    Grids(Batch),
     /// A double cantilever cut along its middle: energy released per area is the energy release rate.
     Griffith(One),
     /// The embedded liver's cuts over node counts, captures and step factors: flat, and the same?
@@ -224,7 +222,6 @@ fn run_verdict(study: Verdict) -> Result<bool, StudyError> {
             batch,
         } => run_random(all, seed, count, &batch),
         Verdict::Organs(batch) => run_organs(&batch),
-        Verdict::Grids(batch) => run_grids(&batch),
         Verdict::Griffith(one) => {
             let spacings = [4.0, 6.0, 8.0].into_iter();
             let found = spacings.take(if one.quick { 1 } else { 3 });
@@ -379,15 +376,6 @@ fn run_organs(batch: &Batch) -> Result<bool, StudyError> {
     }
     let breaches = |rows: &[Row]| Row::all_breaches(rows, |_| organs::BARS);
     run_batch(&cases, batch, "organs.csv", |_| Ok(()), breaches)
-}
-
-fn run_grids(batch: &Batch) -> Result<bool, StudyError> {
-    let mut cases = grids::cases()?;
-    if batch.one.quick {
-        cases.truncate(1);
-    }
-    let seen = |rows: &[Row]| grids::decided(rows).iter().try_for_each(say);
-    run_batch(&cases, batch, "grids.csv", seen, grids::breaches)
 }
 
 fn run_incision(filter: Option<&str>, one: &One) -> Result<bool, StudyError> {

@@ -22,7 +22,6 @@ mod cracks;
 mod draw;
 mod eigenvalue;
 mod error;
-mod grids;
 mod griffith;
 mod incision;
 mod matrix;

@@ -68,10 +68,6 @@ pub struct Row {
     pub area: f64,
     /// Energy (J) lost to damping since the first update of the connectivity.
     pub damped: f64,
-    /// Lattices of the dissertation's grids, where `cut_rule` is `Grid`.
-    pub lattices: Option<usize>,
-    /// Undirected pairs that none of them decides.
-    pub without_lattice: Option<usize>,
     /// Elastic energy (J) at the end.
     pub elastic: f64,
     /// Most elastic energy (J) at any step.

@@ -396,10 +396,6 @@ impl Watch {
             row.severed += severed;
             let cutting = body.cutting.as_ref();
             row.area += cutting.map_or(0.0, |cutting| area_within(cutting, body));
-            if let Some((lattices, without)) = cutting.and_then(|c| c.factors.grid_counts()) {
-                *row.lattices.get_or_insert(0) += lattices;
-                *row.without_lattice.get_or_insert(0) += without;
-            }
             for (node, (carries, &apart)) in carrying(body).zip(&links.debris).enumerate() {
                 debris += usize::from(apart);
                 // What a support holds follows nothing.

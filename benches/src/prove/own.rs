@@ -4,7 +4,7 @@ use super::{Proof, checks};
 use crate::cracks::williams::checks as cracks;
 use crate::problems::elements::checks as elements;
 use crate::problems::lanes::checks as lanes;
-use crate::{eigenvalue, grids, report};
+use crate::{eigenvalue, report};
 
 /// What is checked, and what checks it.
 macro_rules! parts {
@@ -22,7 +22,6 @@ pub(super) fn own(proof: &mut Proof) {
         "elements bend" elements::a_cantilever_bends_as_theory_says;
         "lanes turn and stretch" lanes::lanes_turn_freely_and_pass_the_patch_test;
         "eigenvalues of a chain" eigenvalue::checks::a_chain_has_the_eigenvalue_of_its_shortest_wave;
-        "cases of the grid are scenes" grids::checks::the_program_takes_every_case;
         "tables" report::checks::tables_line_up_and_keep_all_digits_in_csv;
         "numbers" report::checks::numbers_keep_three_digits;
         "wrong claims fail" checks::a_claim_that_is_wrong_panics_or_shows_nothing_fails;
