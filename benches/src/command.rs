@@ -25,7 +25,6 @@ use crate::studies::{Effort, STUDIES, Study, write_page};
 use crate::watch::Options;
 use crate::{
     StudyError, cook, cracks, griffith, incision, matrix, mechanics, organs, prove, random,
-    spin,
 };
 
 /// Name of the command that runs all of [`STUDIES`].
@@ -64,8 +63,6 @@ enum Verdict {
         #[command(flatten)]
         one: One,
     },
-    /// A free block that spins while it is cut keeps its momenta.
-    Spin(One),
     /// Cook's membrane, compressible, in plane stress.
     Cook(One),
     /// Error against processor time of phyxel and of finite elements in lanes: the tasks that
@@ -229,11 +226,6 @@ fn run_verdict(study: Verdict) -> Result<bool, StudyError> {
             judge(&one.out, "griffith.csv", found, griffith::breaches)
         }
         Verdict::Incision { filter, one } => run_incision(filter.as_deref(), &one),
-        Verdict::Spin(one) => {
-            let found = spin::DAMPINGS.into_iter();
-            let found = found.map(|(damping, ratio)| spin::measure(damping, ratio));
-            judge(&one.out, "spin.csv", found, spin::breaches)
-        }
         Verdict::Cook(one) => {
             let cells = [8, 16, 32, 64].into_iter();
             let found = cells.take(if one.quick { 3 } else { 4 }).map(cook::measure);

@@ -32,7 +32,6 @@ mod prove;
 mod random;
 mod report;
 mod row;
-mod spin;
 mod studies;
 mod watch;
 

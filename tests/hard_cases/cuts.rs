@@ -231,3 +231,43 @@ fn a_body_at_rest_stays_at_rest_when_cut_without_gravity() {
     let body = &world.bodies()[0];
     assert!(largest_way(body) < 1e-12, "it moved");
 }
+
+/// A tool strikes a free block off its middle; then nothing from outside acts on it, however it is damped, and blades that
+/// pass half and all of it while it turns leave both momenta as they are.
+#[test]
+fn a_turning_block_keeps_its_momenta_while_it_is_cut() {
+    for damping in [(0.0, 0.0), (0.0, 0.1), (2.0, 0.0), (2.0, 0.1)] {
+        let damped = format!("damping: {}, damping_ratio: {}", damping.0, damping.1);
+        let body = BLOCK.replace("damping: 4", &damped);
+        let tool = "tools: [(shape: Sphere(radius: 0.02), path: [(time: 0, position: (-0.045, 0.01, 0.02)),
+            (time: 0.05, position: (-0.03, 0.01, 0.02)), (time: 0.1, position: (-0.2, 0.01, 0.02))])],";
+        // Across all places where the block may be by then.
+        let edge = DVec3::new(0.6, 0.06, 0.0);
+        let at = |z: f64| DVec3::new(0.1, 2e-3, z);
+        let half = stroke("half", edge, at(-0.2), at(0.0), [0.15, 0.3]);
+        let through = stroke("through", edge, at(0.2), at(-0.2), [0.35, 0.5]);
+        let rest = format!(
+            "cuts: [{half}, {through}], {tool} gravity: None, integration: (settle: None),"
+        );
+        let mut world = world(&body, &rest);
+        play(&mut world, 0.12).expect("it runs");
+        let momenta = |world: &World| {
+            let motion = world.bodies()[0].motion();
+            let nodes = motion.masses().iter().zip(motion.velocities());
+            let linear: DVec3 = nodes.map(|(mass, v)| *v * *mass).sum();
+            [linear, motion.angular_momentum()]
+        };
+        let before = momenta(&world);
+        let mass = world.bodies()[0].mass;
+        let [fast, turning] = before.map(|momentum| momentum.length() / mass);
+        assert!(fast > 0.1 && turning > 1e-3, "{fast} m/s, {turning} m²/s");
+        while world.time() < 0.6 {
+            world.step().expect("it runs");
+            for (now, before) in momenta(&world).into_iter().zip(before) {
+                let off = now.distance(before) / before.length();
+                assert!(off < 1e-10, "{damped}: {off:e} at {} s", world.time());
+            }
+        }
+        assert!(pieces(&world).len() > 1, "it falls apart");
+    }
+}
