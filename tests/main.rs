@@ -12,8 +12,6 @@ mod hard_cases;
 mod leaves_cut;
 /// A scene pays for what it needs and for nothing else.
 mod model_only;
-/// Conservative stencils on sampled livers.
-mod organ_stencils;
 /// Every key of a scene: that it has an effect, and the right one.
 mod scene_keys;
 /// A world in a program: how its scene starts, and what is refused.
