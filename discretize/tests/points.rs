@@ -1,11 +1,10 @@
 //! Nodes without tetrahedra: sums, positions, volumes.
 
-use crate::common::{ball, check_count, check_points, folder_of_meshes, gradings, shapes};
+use crate::common::{ball, check_count, check_points, gradings, shapes};
 use glam::DVec3;
 use phyxel_discretize::{
     Grading, Primitive, SampleSettings, SampleTarget, Solid, estimate_point_nodes,
-    estimate_tetrahedra_nodes, parse_mesh, read_mesh, repair, sample_points, sample_tetrahedra,
-    surface_mesh,
+    estimate_tetrahedra_nodes, parse_mesh, repair, sample_points, sample_tetrahedra, surface_mesh,
 };
 use testkit::tol::assert_below;
 
@@ -65,32 +64,6 @@ fn one_spacing_is_a_regular_lattice() {
     let is_whole = |v: &&f64| (**v / whole - 1.0).abs() < 1e-9;
     assert!(s.volumes.iter().filter(is_whole).count() > 100);
     assert!(largest < 3.0 * whole);
-}
-
-#[test]
-fn real_meshes_without_tetrahedra() {
-    let Some(folder) = folder_of_meshes() else {
-        return;
-    };
-    for name in [
-        "liver.obj",
-        "liver-smooth.obj",
-        "spot.ply",
-        "raptor_8kp.obj",
-        "tissue_volume.msh",
-    ] {
-        let file = read_mesh(folder.join(name)).unwrap();
-        let solid = Solid::from_mesh(repair(&file.mesh, &Default::default()).unwrap().0);
-        for (target, grading) in [500, 1000, 2000]
-            .into_iter()
-            .zip(gradings(DVec3::ZERO, 0.1))
-        {
-            let settings = with(SampleTarget::NodeCount(target), grading);
-            let s = sample_points(&solid, &settings, true).unwrap();
-            check_points(name, &s);
-            check_count(name, s.positions.len(), target);
-        }
-    }
 }
 
 /// However fine the nodes, those in the tip of a wedge of 4 degrees lie nearly in a plane.

@@ -1,7 +1,7 @@
 //! Real meshes against their published figures.
 
-use crate::common::{check_graded, check_octree, check_sums, folder_of_meshes, refined, sample};
-use phyxel_discretize::{Octree, RepairSettings, Solid, read_mesh, read_point_cloud, repair};
+use crate::common::{check_sums, folder_of_meshes, sample};
+use phyxel_discretize::{RepairSettings, Solid, read_mesh, read_point_cloud, repair};
 use testkit::tol::assert_relative;
 
 /// Vertices used, triangles, parts, signed volume, area, self-intersecting triangles (- where not known).
@@ -75,29 +75,6 @@ fn an_xml_file_of_tetrahedra_has_its_published_figures() {
     let s = sample(&Solid::from_mesh(mesh), 6000).unwrap();
     check_sums("raptorTetra", &s);
     assert!(s.report.quality.smallest_dihedral > 8.0, "{}", s.report);
-}
-
-/// Octrees with cells up to four times wider inside, and finer around a vertex.
-#[test]
-fn real_meshes_sample_well_on_graded_octrees() {
-    let Some(folder) = folder_of_meshes() else {
-        return;
-    };
-    for (name, _) in figures() {
-        let file = read_mesh(folder.join(name)).expect(name);
-        let (mesh, _) = repair(&file.mesh, &RepairSettings::default()).expect(name);
-        let (at, size) = (mesh.vertices[0], mesh.bounds().diagonal());
-        let ball = |factor, coarsest| refined(at, 0.1 * size, factor, coarsest);
-        let solid = Solid::from_mesh(mesh);
-        let tree = Octree::new(&solid, size / 16.0, &ball(0.5, 4.0), 1_000_000);
-        check_octree(&tree.expect(name));
-        let s = check_graded(name, &solid, 2000, ball(0.5, 2.0));
-        let q = s.report.quality;
-        println!(
-            "{name}: dihedral {:.1} to {:.1}",
-            q.smallest_dihedral, q.largest_dihedral
-        );
-    }
 }
 
 #[test]
