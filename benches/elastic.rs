@@ -3,18 +3,42 @@
 //! Bodies are lattices along a Morton curve with 18 neighbours inside; throughput is counted in
 //! directed pairs, so `ns/pair` compares across sizes.
 
-mod time;
-
+use std::fmt::Display;
 use std::time::Duration;
 
-use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use criterion::measurement::WallTime;
+use criterion::{
+    BenchmarkGroup, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main,
+};
 use glam::DVec3;
 use phyxel_elastic::{
     Dilatation, Elastic, Fiber, Material, Materials, Nodes, PronyTerm, Settings, Stencils,
 };
 use testkit::block::Block;
 use testkit::cloud::Random;
-use time::{time, time_on_one};
+
+/// Times a function under a name, at a size.
+fn time<T>(
+    group: &mut BenchmarkGroup<'_, WallTime>,
+    name: &str,
+    size: impl Display,
+    mut run: impl FnMut() -> T,
+) {
+    group.bench_function(BenchmarkId::new(name, size), |b| b.iter(&mut run));
+}
+
+/// The same on one thread.
+fn time_on_one<T>(
+    group: &mut BenchmarkGroup<'_, WallTime>,
+    name: &str,
+    size: impl Display,
+    mut run: impl FnMut() -> T + Send,
+) {
+    let one = testkit::pool(1);
+    group.bench_function(BenchmarkId::new(name, size), |b| {
+        one.install(|| b.iter(&mut run));
+    });
+}
 
 fn stencils(block: &Block) -> Stencils<'_> {
     let (weights, matrices) = (&block.weights, &block.matrices);
@@ -93,7 +117,7 @@ fn laws(c: &mut Criterion) {
                 body.begin_viscous_step(1e-3);
                 body.forces_into(&x, &mut f);
                 group.throughput(pairs(&block));
-                time_on_one(&mut group, *name, x.len(), || match pass {
+                time_on_one(&mut group, name, x.len(), || match pass {
                     "forces" => body.forces_into(&x, &mut f),
                     _ => {
                         body.tangent_product_into(&x, &mut f);
