@@ -50,30 +50,6 @@ fn per_node_materials_are_those_of_the_nodes() {
     assert!(first < split);
 }
 
-#[test]
-fn rigid_motion_costs_nothing() {
-    let block = block();
-    for material in [
-        Material::neo_hookean(1.0, 0.4),
-        Material::saint_venant_kirchhoff(1.0, 0.3),
-        Material::mooney_rivlin(1.0, 0.4, 0.3),
-    ] {
-        let mut body = model(&block, material, 0.1);
-        let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -0.5).normalize(), 2.4);
-        let mut x = turned(turn, &block.positions);
-        x.iter_mut().for_each(|x| *x += DVec3::new(0.3, -0.8, 1.0));
-        let (energy, f) = evaluated(&mut body, &x);
-        let volume: f64 = block.volumes.iter().sum();
-        assert_within("energy", energy, 0.0, 1e-12 * volume);
-        // A stress of 1 Pa on a cell's face.
-        let face = 0.01;
-        assert_below("force", largest(&f), 1e-12 * face);
-        let (energy, f) = evaluated(&mut body, &block.positions);
-        assert_within("energy at rest", energy, 0.0, 1e-15);
-        assert_below("force at rest", largest(&f), 1e-15 * face);
-    }
-}
-
 /// Affine motion of all nodes leaves the inner ones without force: the patch test's core.
 #[test]
 fn affine_motion_leaves_inner_nodes_in_balance() {
