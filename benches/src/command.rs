@@ -17,7 +17,6 @@ use serde::Serialize;
 
 use crate::batch::{Case, Sheet, chosen, run_all};
 use crate::cracks::Fronts;
-use crate::draw::Drawing;
 use crate::error::of_file;
 use crate::report::in_words;
 use crate::row::Row;
@@ -73,14 +72,6 @@ enum Verdict {
         chart: Option<PathBuf>,
         #[command(flatten)]
         one: One,
-    },
-    /// The plots of the READMEs.
-    Draw {
-        /// Which one.
-        drawing: Drawing,
-        /// Folder of the plot.
-        #[arg(long, default_value = "out/benches", value_name = "DIR")]
-        out: PathBuf,
     },
     /// Claims that take too long for a test, checked on all cores: each figure with its limit.
     Prove {
@@ -235,7 +226,6 @@ fn run_verdict(study: Verdict) -> Result<bool, StudyError> {
             mechanics::chart(&chart.unwrap_or_default(), &one.out).map(|()| true)
         }
         Verdict::Mechanics { one, .. } => run_mechanics(&one),
-        Verdict::Draw { drawing, out } => drawing.draw(&out).map(|()| true),
         Verdict::Prove { name, list, jobs } => run_prove(name.as_deref(), list, jobs),
         Verdict::Cracks {
             filter,

@@ -19,7 +19,6 @@ mod combined;
 mod command;
 mod cook;
 mod cracks;
-mod draw;
 mod eigenvalue;
 mod error;
 mod griffith;

@@ -5,10 +5,8 @@ mod page;
 mod plot;
 
 use std::fmt;
-use std::path::Path;
 
 use crate::StudyError;
-use crate::error::of_file;
 
 pub(crate) use clock::{machine, median, median_time};
 pub(crate) use page::html;
@@ -298,17 +296,6 @@ pub struct Series {
     pub name: String,
     /// Points.
     pub points: Vec<(f64, f64)>,
-}
-
-impl Plot {
-    /// Writes it as `NAME.svg` into `folder`.
-    ///
-    /// # Errors
-    /// If it cannot be drawn or written.
-    pub fn write(&self, folder: &Path) -> Result<(), StudyError> {
-        let path = folder.join(format!("{}.svg", self.name));
-        std::fs::write(&path, draw(self)?).map_err(of_file(&path))
-    }
 }
 
 impl Series {

@@ -5,6 +5,7 @@
 
 mod chapter6;
 mod contact;
+mod convergence;
 mod crack;
 mod field;
 mod figures;
@@ -68,6 +69,8 @@ macro_rules! studies {
 
 /// Every study.
 pub const STUDIES: &[Study] = studies! {
+    "convergence" convergence::run, "Moving least squares on smooth data",
+        "how fast do errors of value and gradient fall with the spacing, by order of the basis?";
     "hertz" hertz::run, "A sphere pressed into a block",
         "how far off is the force of a tool, against half-space theory and finite elements?";
     "field" field::run, "Displacements under a sphere, as nodal values and as read",

@@ -1,13 +1,10 @@
 //! Error of value and gradient against the node spacing for the three orders of basis.
 
-use std::path::Path;
-
-use crate::StudyError;
-use crate::report::{Series, plots};
+use crate::report::{Report, Series, Table, plots, row};
+use crate::{Effort, StudyError};
 use glam::DVec3;
 use phyxel_mls::{Approximation, Basis, Dimension, Order, ShapeScratch};
 use testkit::cloud::{Random, lattice};
-use testkit::derivative::observed_order;
 
 fn field(x: DVec3) -> f64 {
     (3.0 * x.x).sin() * (2.0 * x.y).cos() + (x.z * x.x).exp()
@@ -61,28 +58,30 @@ fn errors(order: Order, cells: u32) -> (f64, f64) {
     (mean(value_sum), mean(slope_sum))
 }
 
-pub(super) fn draw(folder: &Path) -> Result<(), StudyError> {
-    let sizes = [8, 12, 16, 24, 32];
-    let mut lines = Vec::new();
-    for (order, name, least) in [
-        (Order::Constant, "constant", [0.8, -0.3]),
-        (Order::Linear, "linear", [1.8, 0.8]),
-        (Order::Quadratic, "quadratic", [2.7, 1.7]),
+pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
+    let sizes: &[u32] = effort.choose(&[8, 12, 16, 24, 32], &[8, 12]);
+    let (mut rows, mut lines) = (Vec::new(), Vec::new());
+    for (order, name) in [
+        (Order::Constant, "constant"),
+        (Order::Linear, "linear"),
+        (Order::Quadratic, "quadratic"),
     ] {
-        let found = sizes.map(|cells| (1.0 / f64::from(cells), errors(order, cells)));
-        let values = found.map(|(h, (value, _))| (h, value));
-        let slopes = found.map(|(h, (_, slope))| (h, slope));
-        let overall = [values, slopes].map(|line| {
-            let [(coarse, first), .., (fine, last)] = line;
-            observed_order(first, last, coarse / fine)
-        });
-        let rises = overall[0] > least[0] && overall[1] > least[1];
-        assert!(rises, "{name}: orders {overall:?}");
-        lines.push(Series::line(format!("value, {name}"), values.to_vec()));
-        lines.push(Series::line(format!("gradient, {name}"), slopes.to_vec()));
+        let (mut values, mut slopes) = (Vec::new(), Vec::new());
+        for &cells in sizes {
+            let (h, (value, slope)) = (1.0 / f64::from(cells), errors(order, cells));
+            rows.push(row![name, h, value, slope]);
+            values.push((h, value));
+            slopes.push((h, slope));
+        }
+        lines.push(Series::line(format!("value, {name}"), values));
+        lines.push(Series::line(format!("gradient, {name}"), slopes));
     }
+    let header = "basis; spacing (1); value (1); gradient (1)";
+    let table = Table::new("errors", "Errors of moving least squares", header, rows);
     let plots = plots![
         "convergence" "Error against spacing", log "h", log "rms error" => lines;
     ];
-    plots[0].write(folder)
+    let words = "A smooth function at the jittered nodes of a unit cube, read at 300 random places of it, those near its \
+                 faces included: root mean square errors of value and gradient. Supports are 2.3 spacings.";
+    Ok(Report::new(&[words], vec![table], plots))
 }
