@@ -1,11 +1,18 @@
-//! Bodies to compare on one beam: conservative stencils, the dissertation's own mode, linear
-//! tetrahedra; and the error of the beam's tip, against quadratic finite elements.
+//! Bodies to compare on one beam, and the error of the beam's tip, against quadratic finite elements.
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use phyxel_elastic::{Elastic, Material, Settings};
 use phyxel_integrate::{BoundaryConditions, ForceLaw, NewtonSettings, StaticLoad, solve_static};
 
 use super::block::Block;
+use super::solid::Solid;
+
+/// What linear tetrahedra are of beside bodies of unit stiffness.
+pub const UNIT: Solid = Solid {
+    youngs_modulus: 1.0,
+    poissons_ratio: 0.3,
+    density: 1.0,
+};
 
 /// Whether a coordinate lies on a face of the box.
 pub fn on(coordinate: f64, face: f64) -> bool {
@@ -43,77 +50,6 @@ pub fn settle(
         ..NewtonSettings::default()
     };
     solve_static(law, x, supports, &StaticLoad::of(load), &settings).expect("an equilibrium");
-}
-
-/// Linear tetrahedra, one point each: the reference every book has. Of an isotropic material.
-#[derive(Debug)]
-pub struct Tetrahedra<'a> {
-    tetrahedra: &'a [[u32; 4]],
-    material: Material,
-    /// Shape gradients, volume and present `F` per element.
-    elements: Vec<([DVec3; 4], f64, DMat3)>,
-}
-
-impl<'a> Tetrahedra<'a> {
-    /// Tetrahedra between rest positions (m), of one material.
-    pub fn new(rest: &[DVec3], tetrahedra: &'a [[u32; 4]], material: Material) -> Self {
-        let element = |t: &[u32; 4]| {
-            let [a, b, c, d] = t.map(|v| rest[v as usize]);
-            let edges = DMat3::from_cols(b - a, c - a, d - a);
-            let inverse = edges.inverse().transpose();
-            let [x, y, z] = [inverse.x_axis, inverse.y_axis, inverse.z_axis];
-            let volume = edges.determinant() / 6.0;
-            ([-(x + y + z), x, y, z], volume, DMat3::IDENTITY)
-        };
-        Self {
-            tetrahedra,
-            material,
-            elements: tetrahedra.iter().map(element).collect(),
-        }
-    }
-
-    fn gradient(values: &[DVec3], t: [u32; 4], g: &[DVec3; 4]) -> DMat3 {
-        let mut sum = DMat3::ZERO;
-        for (v, g) in t.iter().zip(g) {
-            let u = values[*v as usize];
-            sum += DMat3::from_cols(u * g.x, u * g.y, u * g.z);
-        }
-        sum
-    }
-}
-
-impl ForceLaw for Tetrahedra<'_> {
-    fn forces_into(&mut self, x: &[DVec3], f: &mut [DVec3]) -> f64 {
-        let mut energy = 0.0;
-        f.fill(DVec3::ZERO);
-        for (&t, (g, volume, grad)) in self.tetrahedra.iter().zip(&mut self.elements) {
-            *grad = Self::gradient(x, t, g);
-            let (w, stress) = self.material.energy_and_stress(*grad);
-            energy += w * *volume;
-            for (v, g) in t.iter().zip(g) {
-                f[*v as usize] -= stress * *g * *volume;
-            }
-        }
-        energy
-    }
-
-    fn tangent_product_into(&mut self, v: &[DVec3], kv: &mut [DVec3]) {
-        kv.fill(DVec3::ZERO);
-        let (mu, lambda) = (self.material.lame_mu(), self.material.lame_lambda());
-        for (&t, (g, volume, grad)) in self.tetrahedra.iter().zip(&self.elements) {
-            let h = Self::gradient(v, t, g);
-            let change = if grad.abs_diff_eq(DMat3::IDENTITY, 1e-9) {
-                // At rest, but for round-off: Hooke's law, in a tenth of the time.
-                let trace = h.x_axis.x + h.y_axis.y + h.z_axis.z;
-                (h + h.transpose()) * mu + DMat3::from_diagonal(DVec3::splat(lambda * trace))
-            } else {
-                self.material.stress_change(*grad, h)
-            };
-            for (v, g) in t.iter().zip(g) {
-                kv[*v as usize] += change * *g * *volume;
-            }
-        }
-    }
 }
 
 /// The beam: 1 m long, 0.2 m high and wide.

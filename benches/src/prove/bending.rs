@@ -6,9 +6,8 @@ use phyxel_integrate::BoundaryConditions;
 
 use super::Proof;
 use crate::problems::block::Block;
-use crate::problems::cantilever::{
-    self as beams, Tetrahedra, beam, body, on_cube, settle, tip_error,
-};
+use crate::problems::cantilever::{self as beams, UNIT, beam, body, on_cube, settle, tip_error};
+use crate::problems::lanes::Lanes;
 use crate::problems::model::{dissertation, law};
 
 pub(super) fn cantilever(proof: &mut Proof) {
@@ -40,8 +39,7 @@ pub(super) fn cantilever(proof: &mut Proof) {
         let (mut model, _) = dissertation(&block.rest, svk, 1.0).unwrap();
         let paper = tip_error(&block, 0.3, 1e-6, &mut law(&mut model));
         proof.below("dissertation's model, %", paper, -50.0);
-        let neo = Material::neo_hookean(1.0, 0.3);
-        let mut tetrahedra = Tetrahedra::new(&block.rest, &block.tetrahedra, neo);
+        let mut tetrahedra = Lanes::tetrahedra(&block.rest, &block.tetrahedra, UNIT);
         let linear = tip_error(&block, 0.3, 1e-6, &mut tetrahedra);
         proof.below("linear tetrahedra, %", linear, -10.0);
     }

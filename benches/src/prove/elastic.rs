@@ -7,7 +7,8 @@ use phyxel_discretize::{Primitive, SampleSettings, Solid, sample_tetrahedra};
 use phyxel_elastic::{Dilatation, Material, Settings};
 
 use crate::problems::block::Block;
-use crate::problems::cantilever::{Tetrahedra, body, on, on_cube, settle};
+use crate::problems::cantilever::{UNIT, body, on, on_cube, settle};
+use crate::problems::lanes::Lanes;
 use crate::problems::model::law;
 use phyxel_integrate::{BoundaryConditions, ForceLaw};
 use testkit::kuhn::{Block as KitBlock, from_tetrahedra, mapped, mirrored_block};
@@ -115,7 +116,7 @@ pub(super) fn soft_modes(proof: &mut Proof) {
         let block = Block::jittered([5, 5, 5], DVec3::ONE, jitter, 3);
         let n = block.rest.len();
         let material = Material::neo_hookean(1.0, 0.3);
-        let mut tetrahedra = Tetrahedra::new(&block.rest, &block.tetrahedra, material);
+        let mut tetrahedra = Lanes::tetrahedra(&block.rest, &block.tetrahedra, UNIT);
         let reference = dense(n, &mut tetrahedra);
         // First elastic eigenvalue of the finite elements, to 3 %.
         let (mut low, mut high) = (0.3, 30.0);

@@ -3,12 +3,11 @@
 use glam::DVec3;
 use phyxel::Body;
 use phyxel_discretize::{nodal_volumes, tetrahedron_volume};
-use phyxel_elastic::Material;
 use phyxel_integrate::{BoundaryConditions, ForceLaw};
 
 use super::embedded;
-use crate::problems::cantilever::Tetrahedra;
 use crate::problems::elements::{Elements, Order};
+use crate::problems::lanes::Lanes;
 use crate::problems::model::{law, small_displacements};
 use crate::problems::solid::Solid;
 use crate::report::{Cell, Table, row};
@@ -126,8 +125,7 @@ impl Mesh {
 
     /// Mean sag (m) of linear tetrahedra.
     fn sag(&self) -> Result<f64, StudyError> {
-        let material = Material::neo_hookean(SOLID.youngs_modulus, SOLID.poissons_ratio);
-        let mut law = Tetrahedra::new(&self.rest, &self.tetrahedra, material);
+        let mut law = Lanes::tetrahedra(&self.rest, &self.tetrahedra, SOLID);
         let volumes = nodal_volumes(&self.rest, &self.tetrahedra);
         let masses: Vec<f64> = volumes.iter().map(|v| SOLID.density * v).collect();
         sag(&mut law, &self.rest, &masses, &self.held)
