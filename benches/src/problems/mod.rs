@@ -1,6 +1,6 @@
 //! Problems whose answer is known, by a closed form or by finite elements: bodies, loads, references.
 //!
-//! Studies tabulate errors on them, tests assert bounds, benches time them.
+//! Studies tabulate errors on them, proofs assert bounds.
 
 use glam::DVec3;
 

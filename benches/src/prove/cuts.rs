@@ -1,5 +1,5 @@
-//! Cuts and mechanics together: cracks with a known answer, through cuts, and the trap of setting up
-//! again. `cargo run --release -p benches -- crack` prints all forms on all problems.
+//! Cuts and mechanics together: cracks with a known answer, and the trap of setting up again.
+//! `cargo run --release -p benches -- crack` prints all forms on all problems.
 
 use super::Proof;
 use crate::problems::cracks::{self, CutBody, Form, PLACES, Plate, Ratios, upright};
