@@ -118,7 +118,7 @@ impl DeformableBodies {
         let triangle = outer.then(|| surface.outside.triangle(rest, position, row));
         let triangle = triangle.flatten();
         let nodes = triangle.as_ref().map_or(row, |triangle| &triangle[..]);
-        let sample = DiskSample {
+        let mut sample = DiskSample {
             position,
             normal: disk.normal,
             area: disk.area,
@@ -135,6 +135,14 @@ impl DeformableBodies {
                 let pairs = graph.pairs(node as usize).zip(graph.row(node as usize));
                 let linked = pairs.filter(|(pair, _)| body.stencils.weights[*pair] > 0.0);
                 nodes.extend(linked.map(|(_, other)| other));
+            }
+            // A flank hangs on its own side from the first on, though near the front of a cut it sees both; what has no nodes
+            // there is no tissue that could press.
+            let is_own = |node: &u32| (rest[*node as usize] - position).dot(sample.normal) <= 0.0;
+            if nodes.iter().any(is_own) {
+                nodes.retain(is_own);
+            } else {
+                sample.area = 0.0;
             }
             areas.extend(nodes.iter().map(|node| surface.opened[*node as usize]));
         }

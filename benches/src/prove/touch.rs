@@ -1,6 +1,7 @@
 //! Hard cases of bodies and flanks that touch.
 
 use phyxel::World;
+use phyxel::scene::{Scene, embedded};
 
 use super::Proof;
 
@@ -19,13 +20,18 @@ pub(super) fn touch(proof: &mut Proof) {
             panic!("three parts in '{head}'");
         };
         let [end, depth] = [end, depth].map(|number| number.parse().expect("a number"));
+        let text = format!("(version: 1, {scene})");
+        let scene = phyxel_scene::from_text(&text, name, "", &[]).expect("valid");
         play(proof, name, scene, [end, depth]);
+    }
+    // Until the wound is pressed shut, and the upper pad has come to lie.
+    for (name, end) in [("wound", 1.2), ("stack", 0.1)] {
+        let scene = embedded(name, &[]).expect("it is there");
+        play(proof, name, scene, [end, 0.25]);
     }
 }
 
-fn play(proof: &mut Proof, name: &str, scene: &str, [end, depth]: [f64; 2]) {
-    let text = format!("(version: 1, {scene})");
-    let scene = phyxel_scene::from_text(&text, name, "", &[]).expect("valid");
+fn play(proof: &mut Proof, name: &str, scene: Scene, [end, depth]: [f64; 2]) {
     let mut world = World::new(scene).expect("it can be built");
     let (mut deepest, mut pressed) = (0.0_f64, false);
     while world.time() < end {
