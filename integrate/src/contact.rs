@@ -63,7 +63,7 @@ pub struct ContactForce {
     pub torque: DVec3,
     /// Energy of the springs (J): penalty and, under lagged friction, its incremental potential.
     pub energy: f64,
-    /// Area in contact (m²), at rest.
+    /// Area in contact (m²), at rest: of a triangle that is touched, all that is no farther from the tool than it is high.
     pub area: f64,
     /// Deepest penetration (m); 0 without contact.
     pub penetration: f64,
@@ -304,6 +304,8 @@ impl Contact {
         let lagged = friction == Some(Limit::Lagged);
         let mut limits = Ascending(&self.limits);
         for &group in &semi_implicit.near {
+            let top = surface.top(group);
+            let (mut area_below, mut is_touched) = (0.0, false);
             for point in surface.points(group) {
                 let bound = surface.weights_of(group, point);
                 let position: DVec3 = bound
@@ -311,7 +313,12 @@ impl Contact {
                     .map(|(n, w)| semi_implicit.positions[n] * w)
                     .sum();
                 let height = surface.heights[point as usize];
-                let touches = placed.value(position) < height;
+                let value = placed.value(position);
+                let touches = value < height;
+                is_touched |= touches;
+                if value < top {
+                    area_below += surface.areas[point as usize];
+                }
                 if !(touches || lagged && limits.of(point).is_some_and(|limit| limit > 0.0)) {
                     continue;
                 }
@@ -326,7 +333,6 @@ impl Contact {
                 sum.force -= force;
                 sum.torque -= (position - pose.position).cross(force);
                 sum.energy += 0.5 * area * pressure * pressure / stiffness;
-                sum.area += if touches { area } else { 0.0 };
                 sum.penetration = sum.penetration.max(depth);
                 let rigid = if touches {
                     outer(at.normal) * (stiffness * area)
@@ -345,6 +351,7 @@ impl Contact {
                     rigid,
                 });
             }
+            sum.area += if is_touched { area_below } else { 0.0 };
         }
         if let Some(limit) = friction {
             self.rub((shape, pose), limit, &mut semi_implicit.forces, &mut sum);

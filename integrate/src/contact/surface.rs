@@ -291,6 +291,13 @@ impl ContactSurface {
         begin..end
     }
 
+    /// The largest height (m) of a group, at least 0.
+    pub(crate) fn top(&self, group: u32) -> f64 {
+        let [begin, end] = self.groups[group as usize].points;
+        let heights = self.heights[begin as usize..end as usize].iter();
+        heights.copied().fold(0.0, f64::max)
+    }
+
     /// Members that a group hangs on.
     pub(crate) fn group_members(&self, group: u32) -> &[u32] {
         let [begin, end] = self.groups[group as usize].nodes;
