@@ -51,7 +51,12 @@ impl Front {
         }
         let mut patch = patch_of(&corners);
         let asked = patch.vertices.clone();
-        let own = (&before[..], least * self.spacing);
+        // The tolerance may be another than the default, but where a stroke ends the front must not stay.
+        let own: (&[DVec3], f64) = if least < SKIN {
+            (&before, least * self.spacing)
+        } else {
+            (&[], 0.0)
+        };
         cuts.add_welded(&mut patch.vertices, &patch.triangles, own)?;
         let place_of = |at: DVec3| {
             let known = asked.iter().position(|&vertex| vertex == at);
