@@ -284,21 +284,6 @@ proptest! {
         prop_assert!((motion.audit().momentum - linear).length() < 1e-12);
         prop_assert!((motion.angular_momentum() - angular).length() < 1e-12);
     }
-
-    #[test]
-    fn fixed_nodes_never_move(seed in 0_u64..1000, node in 0_u32..10) {
-        let rest = uniform(10, 1.0, seed);
-        let network = Network::complete(&rest, 5.0);
-        let settings = pulled(DVec3::new(1.0, -2.0, 3.0));
-        let supports = BoundaryConditions::fixed(10, &[node]);
-        let mut motion = Motion::new(&rest, &[1.0; 10], supports, settings).unwrap();
-        motion.set_velocities(&uniform(10, 0.5, seed + 1)).unwrap();
-        for _ in 0..50 {
-            motion.step(0.01, |x, f| network.forces(x, f)).unwrap();
-        }
-        prop_assert_eq!(motion.positions()[node as usize], rest[node as usize]);
-        prop_assert_eq!(motion.velocities()[node as usize], DVec3::ZERO);
-    }
 }
 
 #[test]

@@ -1,10 +1,12 @@
 //! Force laws with closed-form answers, for this crate's tests.
 
+use crate::contact::{Contact, ContactSettings, ContactSurface};
 use crate::eigenvalue::{Eigenvalue, EigenvalueSettings, largest_eigenvalue};
 use crate::law::ForceLaw;
 use crate::motion::{Motion, MotionSettings};
+use crate::shape::Pose;
 use crate::supports::BoundaryConditions;
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DQuat, DVec3};
 use testkit::cloud::uniform;
 
 /// Frequency (rad/s) of the [`oscillator`].
@@ -219,6 +221,25 @@ impl ForceLaw for Chain {
 
     fn tangent_product_into(&mut self, vector: &[DVec3], product: &mut [DVec3]) {
         self.product(vector, product);
+    }
+}
+
+/// Contact of the [`patch`] with points of a `level`, and its nodes.
+pub(crate) fn contact(level: u32, penalty: f64, friction: f64) -> (Contact, Vec<DVec3>) {
+    let (x, triangles) = patch();
+    let surface = ContactSurface::from_triangles(&triangles, &x, level).unwrap();
+    let settings = ContactSettings {
+        friction,
+        ..ContactSettings::new(penalty)
+    };
+    (Contact::new(surface, settings), x)
+}
+
+/// The half space above z = −0.1, which presses the whole patch by that much, moved along x.
+pub(crate) fn plate(shift: f64) -> Pose {
+    Pose {
+        position: DVec3::new(shift, 0.0, -0.1),
+        rotation: DQuat::from_rotation_x(std::f64::consts::PI),
     }
 }
 

@@ -1,6 +1,4 @@
 use super::*;
-use crate::contact::ContactSettings;
-use crate::contact::ContactSurface;
 use crate::contact::pressed::Pressed;
 use crate::equilibrium::{StaticLoad, solve_static};
 use crate::implicit::{Implicit, ImplicitScheme, ImplicitSettings};
@@ -8,31 +6,16 @@ use crate::motion::{Motion, MotionSettings};
 use crate::newton::{NewtonSettings, SolveError};
 use crate::shape::RigidShape;
 use crate::supports::BoundaryConditions;
-use crate::testing::{Network, damped, patch};
+use crate::testing::{Network, damped, plate};
 use crate::tool::{Drive, RigidTool};
 use crate::trajectory::{Ease, Trajectory};
-use glam::DQuat;
 use testkit::cloud::Random;
 use testkit::derivative::directional_error;
 
 const FLOOR: RigidShape = RigidShape::Plane { normal: DVec3::Z };
 
 fn contact(friction: f64) -> (Contact, Vec<DVec3>) {
-    let (x, triangles) = patch();
-    let surface = ContactSurface::from_triangles(&triangles, &x, 4).unwrap();
-    let settings = ContactSettings {
-        friction,
-        ..ContactSettings::new(50.0)
-    };
-    (Contact::new(surface, settings), x)
-}
-
-/// The half space above z = −0.1, which presses the whole patch by that much.
-fn plate(shift: f64) -> Pose {
-    Pose {
-        position: DVec3::new(shift, 0.0, -0.1),
-        rotation: DQuat::from_rotation_x(std::f64::consts::PI),
-    }
+    crate::testing::contact(4, 50.0, friction)
 }
 
 #[test]

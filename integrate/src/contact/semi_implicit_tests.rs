@@ -1,5 +1,4 @@
 use super::*;
-use crate::contact::{ContactSettings, ContactSurface};
 use crate::law::ForceLaw;
 use crate::motion::{Motion, MotionSettings};
 use crate::supports::BoundaryConditions;
@@ -11,13 +10,7 @@ use proptest::prelude::*;
 use testkit::cloud::{Random, uniform};
 
 fn contact(penalty: f64, friction: f64) -> (Contact, Vec<DVec3>) {
-    let (x, triangles) = patch();
-    let surface = ContactSurface::from_triangles(&triangles, &x, 3).unwrap();
-    let settings = ContactSettings {
-        friction,
-        ..ContactSettings::new(penalty)
-    };
-    (Contact::new(surface, settings), x)
+    crate::testing::contact(3, penalty, friction)
 }
 
 /// A net between fixed corners, a ball driven or thrown at it.

@@ -2,7 +2,7 @@ use super::*;
 use crate::law::ForceLaw;
 use crate::motion::{Motion, MotionSettings};
 use crate::supports::BoundaryConditions;
-use crate::testing::{Network, patch};
+use crate::testing::{Network, patch, plate};
 use crate::tool::{Drive, RigidTool};
 use crate::trajectory::Trajectory;
 use crate::view::StepView;
@@ -14,19 +14,9 @@ use testkit::derivative::directional_error;
 const FLOOR: RigidShape = RigidShape::Plane { normal: DVec3::Z };
 
 fn contact(friction: f64) -> (Contact, Vec<DVec3>) {
-    let (x, triangles) = patch();
-    let surface = ContactSurface::from_triangles(&triangles, &x, 4).unwrap();
-    (
-        Contact::new(
-            surface,
-            ContactSettings {
-                penalty: 50.0,
-                friction,
-                implicit: false,
-            },
-        ),
-        x,
-    )
+    let (mut contact, x) = crate::testing::contact(4, 50.0, friction);
+    contact.settings.implicit = false;
+    (contact, x)
 }
 
 fn shapes() -> [RigidShape; 4] {
@@ -63,13 +53,8 @@ fn random_case(seed: u64) -> (Contact, Vec<DVec3>, RigidShape, Pose) {
 #[test]
 fn pressure_on_a_flat_punch_is_exact() {
     let (mut contact, x) = contact(0.0);
-    // The half space z > -0.1 presses the whole patch down by 0.1.
-    let pose = Pose {
-        position: DVec3::new(0.0, 0.0, -0.1),
-        rotation: DQuat::from_rotation_x(std::f64::consts::PI),
-    };
     let mut f = vec![DVec3::ZERO; 9];
-    let sum = contact.add_forces(&FLOOR, &pose, &x, &mut f);
+    let sum = contact.add_forces(&FLOOR, &plate(0.0), &x, &mut f);
     assert!(
         (sum.force - DVec3::Z * (4.0 * 50.0 * 0.1)).length() < 1e-12,
         "{sum:?}"
@@ -187,12 +172,8 @@ fn nodes_press_alone_as_together() {
 #[test]
 fn friction_sticks_below_the_limit_and_slides_at_it() {
     let (mut contact, x) = contact(0.4);
-    let mut pose = Pose {
-        position: DVec3::new(0.0, 0.0, -0.1),
-        rotation: DQuat::from_rotation_x(std::f64::consts::PI),
-    };
     let mut run = |shift: f64| {
-        pose.position.x = shift;
+        let pose = plate(shift);
         let mut f = vec![DVec3::ZERO; 9];
         let mut sum = contact.add_forces(&FLOOR, &pose, &x, &mut f);
         contact.add_friction((&FLOOR, &pose), &mut f, &mut sum);
