@@ -108,7 +108,10 @@ proptest! {
         let grading = refined(center + size * fine, 0.3 * size, factor, coarsest);
         let tree = Octree::new(&solid, 0.3 * size, &grading, 1_000_000).unwrap();
         check_octree(&tree);
-        let s = graded(&solid, SampleTarget::Spacing(0.25 * size), grading).unwrap();
+        let target = SampleTarget::Spacing(0.25 * size);
+        let run = || graded(&solid, target, grading.clone()).unwrap();
+        let s = on_threads(1, run);
+        assert_eq!(s, on_threads(3, run), "threads");
         check_sums("blob", &s);
         let q = s.report.quality;
         // Of 180 bodies the worst had 18.7 degrees, but for one whose sharp rim ran through cells

@@ -7,7 +7,6 @@ use phyxel_discretize::{
     sample_tetrahedra, surface_mesh,
 };
 use testkit::assert_matches;
-use testkit::on_threads;
 use testkit::tol::{assert_below, assert_relative};
 
 #[test]
@@ -36,16 +35,6 @@ fn octrees_are_balanced_and_small_where_asked() {
         assert!(largest <= coarsest * cell * 1.001);
         assert!(coarsest < 2.0 || largest > 1.9 * cell, "{largest}");
     }
-}
-
-#[test]
-fn a_thread_more_changes_no_bit() {
-    let run = || {
-        let grading = refined(DVec3::new(0.03, 0.02, 0.04), 0.02, 0.5, 4.0);
-        let count = SampleTarget::NodeCount(3000);
-        graded(&Primitive::Liver.into(), count, grading).unwrap()
-    };
-    assert_eq!(on_threads(1, run), on_threads(3, run));
 }
 
 #[test]

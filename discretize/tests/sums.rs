@@ -108,7 +108,13 @@ fn volumes_converge_to_closed_forms() {
         semi_axes: DVec3::new(1.0, 0.6, 0.8),
     };
     let exact = 4.0 / 3.0 * std::f64::consts::PI * 0.48;
-    let error = |n| (nodes(&ellipsoid.into(), n).report.volume / exact - 1.0).abs();
+    let error = |n| {
+        let found = nodes(&ellipsoid.into(), n);
+        let error = found.volumes.iter().sum::<f64>() / exact - 1.0;
+        let told = found.report.volume_error.unwrap();
+        assert_below("told", (error - told).abs(), 1e-12);
+        error.abs()
+    };
     let (coarse, fine) = (error(1000), error(8000));
     assert!(coarse < 0.03, "{coarse}");
     // Second order in the spacing: eight times the nodes, a quarter of the error.
