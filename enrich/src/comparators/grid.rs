@@ -4,7 +4,7 @@ mod factors;
 mod frame;
 mod sheets;
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use rayon::prelude::*;
 
 pub use factors::{GridForm, grid_pair_factors};
@@ -47,8 +47,8 @@ pub struct Enrichment {
     pub region: u32,
     /// Signed distance along the normal of that piece (m), eq. (44).
     pub s: f64,
-    /// Distance to the end of the cut in the common frame (m): `d1⁺` of eq. (43) in the plane, `d2⁺`
-    /// of eq. (47) in space; 0 beside the cut.
+    /// Distance to the end of the cut in the common frame (m): `d1⁺` of eq. (43) of upright blades, `d2⁺`
+    /// of eq. (47) of any; 0 beside the cut.
     pub d_plus: f64,
     /// Distance (m): d2 of eq. (34), d3 of eqs. (47) and (64).
     pub distance: f64,
@@ -56,7 +56,7 @@ pub struct Enrichment {
     pub phi: f64,
 }
 
-/// The enrichment grid of one cut, in the plane or in space.
+/// The enrichment grid of one cut; one in the plane is that of upright blades.
 ///
 /// Right for a nearly flat strip. It is refused where its construction cannot be right, see
 /// [`GridError`]; where it is not refused it still weakens pairs ahead of the tip and lets cut pairs
@@ -65,11 +65,11 @@ pub struct Enrichment {
 ///
 /// # Examples
 /// ```
-/// use phyxel_enrich::glam::{DVec2, DVec3};
+/// use phyxel_enrich::glam::DVec3;
 /// use phyxel_enrich::{EnrichmentGrid, GridSettings};
 ///
-/// let cut = [DVec2::ZERO, DVec2::new(1.0, 0.0)];
-/// let grid = EnrichmentGrid::from_polyline(&cut, &GridSettings::for_spacing(0.1))?;
+/// let cut = [DVec3::ZERO, DVec3::X].map(|p| [p - DVec3::Z, p + DVec3::Z]);
+/// let grid = EnrichmentGrid::from_blades(&cut, &GridSettings::for_spacing(0.1))?;
 /// let ahead = grid.evaluate(DVec3::new(1.3, 0.4, 0.0));
 /// assert!((ahead.phi - 0.8).abs() < 1e-15 && (ahead.distance - 0.5).abs() < 1e-15);
 /// # Ok::<(), phyxel_enrich::GridError>(())
@@ -85,26 +85,7 @@ pub struct EnrichmentGrid {
 }
 
 impl EnrichmentGrid {
-    /// The grid of a cut in the plane, a polyline in the order of the blade's motion (m).
-    ///
-    /// # Errors
-    /// See [`GridError`].
-    pub fn from_polyline(points: &[DVec2], settings: &GridSettings) -> Result<Self, GridError> {
-        if let Some(point) = points.iter().position(|p| !p.is_finite()) {
-            return Err(GridError::NotFinite { point });
-        }
-        let flat: Vec<DVec3> = points.iter().map(|p| p.extend(0.0)).collect();
-        let bounds = Bounds::of(&flat);
-        // The cut in the plane is that in space by upright blades.
-        let up = DVec3::Z * bounds.low.distance(bounds.high);
-        let blades: Vec<[DVec3; 2]> = flat.iter().map(|&p| [p - up, p + up]).collect();
-        let frame = Frame::new(&blades)?;
-        let mut bounds = bounds.grown(settings.inflate.max(0.0));
-        (bounds.low.z, bounds.high.z) = (0.0, 0.0);
-        Self::build(frame, bounds, settings, None)
-    }
-
-    /// The grid of a cut in space: end points of the blade's edge at each capture (m).
+    /// The grid of a cut: end points of the blade's edge at each capture (m).
     ///
     /// # Errors
     /// See [`GridError`].
@@ -170,7 +151,7 @@ impl EnrichmentGrid {
     /// Enrichment at any point by the formulas themselves, without the lattice.
     #[must_use]
     pub fn evaluate(&self, point: DVec3) -> Enrichment {
-        self.frame.evaluate(self.flattened(point))
+        self.frame.evaluate(point)
     }
 
     /// Enrichment of the lattice point nearest to `point`, as the dissertation looks it up; none
@@ -191,29 +172,14 @@ impl EnrichmentGrid {
         Some(if is_near { self.evaluate(point) } else { found })
     }
 
-    /// Nodes nearer to the cut than their support radius, by looking up d3 (eq. (64), fig. 66).
-    ///
-    /// # Panics
-    /// If there is not one radius per position.
-    #[must_use]
-    pub fn touched_nodes(&self, positions: &[DVec3], support_radius: &[f64]) -> Vec<u32> {
-        let n = positions.len();
-        assert_eq!(support_radius.len(), n, "one support radius per node");
-        let is_near = |&node: &u32| {
-            let found = self.look_up(positions[node as usize]);
-            found.is_some_and(|e| e.distance < support_radius[node as usize])
-        };
-        (0..crate::index32(n)).filter(is_near).collect()
-    }
-
-    /// The common frame: its origin (m), eqs. (39) and (45), and the unit normal of the common plane, eq. (46); in the
-    /// plane that is the t axis of eq. (40) turned to the left.
+    /// The common frame: its origin (m), eqs. (39) and (45), and the unit normal of the common plane, eq. (46); of
+    /// upright blades that is the t axis of eq. (40) turned to the left.
     #[must_use]
     pub fn frame(&self) -> (DVec3, DVec3) {
         (self.frame.origin, self.frame.normal)
     }
 
-    /// Number of lattice points along x, y, z; one along z in the plane.
+    /// Number of lattice points along x, y, z.
     #[must_use]
     pub fn size(&self) -> [usize; 3] {
         self.size
@@ -239,21 +205,12 @@ impl EnrichmentGrid {
         self.values.capacity() * size_of::<Enrichment>()
     }
 
-    /// A point in the lattice's plane, if that is all there is.
-    fn flattened(&self, point: DVec3) -> DVec3 {
-        if self.size[2] == 1 {
-            point.with_z(self.origin.z)
-        } else {
-            point
-        }
-    }
-
     #[allow(
         clippy::cast_possible_truncation,
         reason = "checked to lie in the lattice before the cast"
     )]
     fn index_of(&self, point: DVec3) -> Option<usize> {
-        let at = ((self.flattened(point) - self.origin) / self.spacing).round();
+        let at = ((point - self.origin) / self.spacing).round();
         let mut index = 0;
         for (k, c) in at.to_array().into_iter().enumerate().rev() {
             if !(c >= 0.0 && c < self.size[k] as f64) {

@@ -36,6 +36,13 @@ fn refined(line: &[DVec2], parts: u32) -> Vec<DVec2> {
     fine
 }
 
+/// The grid of a cut in the plane: by upright blades.
+fn planar(line: &[DVec2], settings: &GridSettings) -> Result<EnrichmentGrid, GridError> {
+    let blade = |p: &DVec2| [p.extend(-0.1), p.extend(0.1)];
+    let blades: Vec<[DVec3; 2]> = line.iter().map(blade).collect();
+    EnrichmentGrid::from_blades(&blades, settings)
+}
+
 /// Mean of a field over the nodes above and below the through cut.
 fn sides(line: &[DVec2], field: impl Fn(DVec2) -> f64) -> [f64; 2] {
     let cloud = Cloud::lattice(48, 1, 0.0, 1.5);
@@ -62,7 +69,7 @@ fn figures_23_and_28_product_is_wrong_and_falls_with_subdivision_grid_is_right()
     let [twelve, _] = sides(&fine, |p| product_of_segments(&fine, p));
     assert_within("product, 12 segments", twelve, 0.084, 0.03);
     for cut in [&line, &fine] {
-        let grid = EnrichmentGrid::from_polyline(cut, &settings).unwrap();
+        let grid = planar(cut, &settings).unwrap();
         let [right, wrong] = sides(cut, |p| 0.5 * (1.0 + grid.evaluate(p.extend(0.0)).phi));
         assert_within("grid, correct side", right, 1.0, 1e-3);
         assert_below("grid, other side", wrong, 1e-3);
@@ -70,30 +77,23 @@ fn figures_23_and_28_product_is_wrong_and_falls_with_subdivision_grid_is_right()
 }
 
 #[test]
-fn grid_of_one_segment_is_the_closed_form_in_the_plane_and_in_space() {
+fn grid_of_one_segment_is_the_closed_form() {
     let settings = GridSettings::for_spacing(0.1);
     let line = [DVec2::new(0.2, 0.1), DVec2::new(0.9, 0.6)];
-    let planar = EnrichmentGrid::from_polyline(&line, &settings).unwrap();
-    let blade = |p: DVec2| [p.extend(-0.5), p.extend(0.5)];
-    let spatial = EnrichmentGrid::from_blades(&line.map(blade), &settings).unwrap();
+    let grid = planar(&line, &settings).unwrap();
     let mut random = Random::new(2);
     for _ in 0..500 {
         let p = random.vector(1.5);
         let expected = crate::segment_enrichment(line, p.truncate());
-        let found = planar.evaluate(p);
-        assert_within("phi in the plane", found.phi, expected, 1e-13);
+        let found = grid.evaluate(p.with_z(0.06 * p.z));
+        assert_within("phi in the plane", found.phi, expected, 1e-12);
         assert_within("phi = s / d", found.phi * found.distance, found.s, 1e-13);
-        if p.z.abs() < 0.5 {
-            // Upright blade: the normal points to the other side.
-            let phi = spatial.evaluate(p).phi.abs();
-            assert_within("phi in space", phi, expected.abs(), 1e-12);
-        }
         // The lattice holds the formula's value at the nearest of its points.
-        if let Some(near) = spatial.look_up(p) {
-            let d = |k: &usize| spatial.lattice_point(*k).distance_squared(p);
-            let all = 0..spatial.values().len();
+        if let Some(near) = grid.look_up(p) {
+            let d = |k: &usize| grid.lattice_point(*k).distance_squared(p);
+            let all = 0..grid.values().len();
             let k = all.min_by(|a, b| d(a).total_cmp(&d(b))).unwrap();
-            assert_eq!(near, spatial.evaluate(spatial.lattice_point(k)));
+            assert_eq!(near, grid.evaluate(grid.lattice_point(k)));
         }
     }
 }
@@ -108,20 +108,19 @@ fn a_cut_led_backwards_has_the_other_sign_and_phi_on_a_cut_is_one() {
     let back: Vec<DVec2> = line.iter().rev().copied().collect();
     let angles: Vec<f64> = back.windows(2).map(|w| (w[1] - w[0]).to_angle()).collect();
     assert!(angles.iter().any(|a| *a > 2.0) && angles.iter().any(|a| *a < -2.0));
-    let [ahead, behind] =
-        [&line, &back].map(|line| EnrichmentGrid::from_polyline(line, &settings).unwrap());
+    let [ahead, behind] = [&line, &back].map(|line| planar(line, &settings).unwrap());
     let ((here, along), (there, against)) = (ahead.frame(), behind.frame());
     assert_below("origin", here.distance(there), 1e-14);
     assert_below("direction", (along + against).length(), 1e-14);
     let mut random = Random::new(4);
     for _ in 0..500 {
-        let p = random.vector(1.5);
+        let p = random.vector(1.5).with_z(0.0);
         let [a, b] = [&ahead, &behind].map(|grid| grid.evaluate(p));
         assert_within("phi", b.phi, -a.phi, 1e-12);
         assert_within("distance", b.distance, a.distance, 1e-12);
     }
     let line = [DVec2::ZERO, DVec2::X];
-    let grid = EnrichmentGrid::from_polyline(&line, &settings).unwrap();
+    let grid = planar(&line, &settings).unwrap();
     let on = crate::segment_enrichment(line, DVec2::X * 0.5);
     assert_within("of a segment", on, 1.0, 0.0);
     assert_within("of a grid", grid.evaluate(DVec3::X * 0.5).phi, 1.0, 0.0);
@@ -134,7 +133,7 @@ fn grid_refuses_what_it_cannot_do() {
     let fine = lattice(settings.spacing, settings.inflate);
     cases.retain(|(_, lines, _)| {
         let mut lines = lines.iter();
-        lines.any(|line| EnrichmentGrid::from_polyline(line, &fine).is_err())
+        lines.any(|line| planar(line, &fine).is_err())
     });
     let refused = |name: &str| cases.iter().any(|case| case.0 == name);
     for (name, expected) in [
@@ -170,7 +169,7 @@ fn grid_refuses_what_it_cannot_do() {
     assert_eq!(refusal("straight"), None);
     let nan = [DVec2::NAN, DVec2::ONE];
     let line = [DVec2::ZERO, DVec2::ONE];
-    let of = |line: &[DVec2], settings| EnrichmentGrid::from_polyline(line, &settings).err();
+    let of = |line: &[DVec2], settings| planar(line, &settings).err();
     assert_eq!(of(&nan, settings), Some(GridError::NotFinite { point: 0 }));
     let few = Some(GridError::TooFewPoints { found: 1 });
     assert_eq!(of(&line[..1], settings), few);
@@ -197,7 +196,7 @@ fn grid_severs_a_flat_through_cut_but_weakens_ahead_of_a_tip() {
     let support = vec![cloud.radius; cloud.x.len()];
     let settings = lattice(1.0 / 96.0, 0.3);
     let of = |line: &[DVec2], form| {
-        let grid = EnrichmentGrid::from_polyline(line, &settings).unwrap();
+        let grid = planar(line, &settings).unwrap();
         grid_pair_factors(&[grid], &cloud.graph(), &support, form)
     };
     let line = [DVec2::new(-0.3, 0.503), DVec2::new(1.3, 0.503)];
@@ -223,12 +222,14 @@ fn grid_severs_a_flat_through_cut_but_weakens_ahead_of_a_tip() {
     let over_cut = weak.filter(|((i, j), _)| !across(*i, *j)).count();
     assert!(over_cut >= 10, "{over_cut}");
     // Touched nodes by d3.
-    let grid = EnrichmentGrid::from_polyline(&line, &settings).unwrap();
-    for (i, p) in cloud.x.iter().enumerate() {
-        let distance = (p.y - 0.503).abs();
-        let touched = grid.touched_nodes(&[*p], &[0.1]) == [0];
-        if (distance - 0.1).abs() > 0.01 {
-            assert_eq!(touched, distance < 0.1, "{i}");
+    let near = vec![0.1; cloud.x.len()];
+    let grid = planar(&line, &settings).unwrap();
+    let factors = grid_pair_factors(&[grid], &cloud.graph(), &near, GridForm::OneSided);
+    for (pair, &(i, j)) in pairs.iter().enumerate() {
+        let distance = [i, j].map(|node| (cloud.x[node].y - 0.503).abs());
+        let farther = distance[0].max(distance[1]);
+        if across(i, j) && clear(i) && clear(j) && (farther - 0.1).abs() > 0.01 {
+            assert_eq!(factors[pair] < 0.5, farther < 0.1, "{i} {j}");
         }
     }
 }
