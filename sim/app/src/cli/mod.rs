@@ -81,13 +81,9 @@ enum CliError {
     Checkpoint(#[from] CheckpointError),
     #[error(transparent)]
     Input(#[from] InputFileError),
-    #[error("--resume uses the scene in its checkpoint: leave out '{scene}'")]
-    ResumeOfScene { scene: String },
-    #[error(
-        "--set {text}: a checkpoint allows changes of integration and observe only; run the changed \
-         scene from its start"
-    )]
-    ResumeWithOther { text: String },
+    /// What of the arguments does not fit, or which cases failed.
+    #[error("{0}")]
+    Said(String),
     #[error(transparent)]
     Sample(#[from] sample::SampleProblem),
     #[cfg(feature = "live")]
@@ -100,15 +96,6 @@ enum CliError {
     Sweep(#[from] SweepError),
     #[error("{place}: {error}")]
     At { place: Place, error: Box<CliError> },
-    #[error("case {number}: {error}; to run it again: --retry")]
-    CaseFailed { number: usize, error: String },
-    #[error("--case {number}: the plan has cases 1 to {cases}")]
-    NoSuchCase { number: usize, cases: usize },
-    #[error(
-        "{failed} of {cases} cases failed, as listed; --collect puts the rest into tables, --retry runs \
-         the failed ones again"
-    )]
-    CasesFailed { failed: usize, cases: usize },
     #[error("cannot find this program to run cases by: {0}; run them one by one with --case")]
     Program(io::Error),
     #[error(transparent)]

@@ -58,14 +58,15 @@ pub(super) fn run(argument: Option<&OsStr>, flags: &RunFlags) -> Result<(), CliE
     };
     let summary = if let Some(file) = &flags.resume {
         if let Some(scene) = argument {
-            return Err(CliError::ResumeOfScene {
-                scene: scene.to_string_lossy().into_owned(),
-            });
+            let scene = scene.to_string_lossy();
+            let said = format!("--resume uses the scene in its checkpoint: leave out '{scene}'");
+            return Err(CliError::Said(said));
         }
         if let Some(fixed) = overrides.iter().find(|change| !is_free(change)) {
-            return Err(CliError::ResumeWithOther {
-                text: fixed.to_string(),
-            });
+            return Err(CliError::Said(format!(
+                "--set {fixed}: a checkpoint allows changes of integration and observe only; run the changed \
+                 scene from its start"
+            )));
         }
         let (scene, state) = read_checkpoint(file, &overrides)?;
         let folder = file.parent().map(PathBuf::from).unwrap_or_default();

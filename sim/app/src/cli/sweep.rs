@@ -81,10 +81,12 @@ pub(super) fn sweep(arguments: &SweepArguments) -> Result<(), CliError> {
         let error = outcome.error.as_deref().unwrap_or_default();
         say(&format!("case {} failed: {error}", outcome.case))?;
     }
-    Err(CliError::CasesFailed {
-        failed: tally.failed.len(),
-        cases: cases.len(),
-    })
+    Err(CliError::Said(format!(
+        "{} of {} cases failed, as listed; --collect puts the rest into tables, --retry runs \
+         the failed ones again",
+        tally.failed.len(),
+        cases.len()
+    )))
 }
 
 /// The plan's scene with the changes that all cases share.
@@ -114,9 +116,9 @@ fn one(
     out: &Path,
     number: usize,
 ) -> Result<(), CliError> {
-    let missing = || CliError::NoSuchCase {
-        number,
-        cases: plan.case_count(),
+    let missing = || {
+        let cases = plan.case_count();
+        CliError::Said(format!("--case {number}: the plan has cases 1 to {cases}"))
     };
     let (case, resolved) = one_case(plan, scene, number)?.ok_or_else(missing)?;
     if !case.is_listed(plan, out) {
@@ -133,7 +135,9 @@ fn one(
     };
     match outcome.error {
         None => tell(arguments, &format!("case {number} ended")),
-        Some(error) => Err(CliError::CaseFailed { number, error }),
+        Some(error) => Err(CliError::Said(format!(
+            "case {number}: {error}; to run it again: --retry"
+        ))),
     }
 }
 

@@ -11,23 +11,12 @@ use tempfile::NamedTempFile;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum OutputError {
-    /// The folder cannot be made, or is something else.
+    /// The folder cannot be made, is something else, or nothing can be written into it.
     #[error(
         "output folder {}: {source}; name another with --out",
         folder.display()
     )]
     Folder {
-        /// The folder.
-        folder: PathBuf,
-        /// What the system said.
-        source: io::Error,
-    },
-    /// Nothing can be written into the folder.
-    #[error(
-        "output folder {} cannot be written to: {source}; name another with --out",
-        folder.display()
-    )]
-    NotWritable {
         /// The folder.
         folder: PathBuf,
         /// What the system said.
@@ -75,17 +64,18 @@ impl OutputFolder {
     /// Makes the folder, if it is not there, and makes sure that files can be written into it.
     ///
     /// # Errors
-    /// [`OutputError::Folder`] if it cannot be made, [`OutputError::NotWritable`] if no file can.
+    /// [`OutputError::Folder`] if it cannot be made, or no file in it.
     pub fn create(path: &Path) -> Result<Self, OutputError> {
+        let failed = |source| OutputError::Folder {
+            folder: path.to_owned(),
+            source,
+        };
         let missing: Vec<PathBuf> = path
             .ancestors()
             .take_while(|folder| !folder.as_os_str().is_empty() && !folder.exists())
             .map(Path::to_owned)
             .collect();
-        fs::create_dir_all(path).map_err(|source| OutputError::Folder {
-            folder: path.to_owned(),
-            source,
-        })?;
+        fs::create_dir_all(path).map_err(failed)?;
         let folder = Self {
             path: path.to_owned(),
             made: missing,
@@ -95,10 +85,7 @@ impl OutputFolder {
             file.write_all(b"probe")?;
             file.close()
         });
-        probe.map_err(|source| OutputError::NotWritable {
-            folder: path.to_owned(),
-            source,
-        })?;
+        probe.map_err(failed)?;
         Ok(folder)
     }
 
@@ -124,7 +111,7 @@ impl OutputFolder {
                 .create(true)
                 .truncate(false)
                 .open(&place);
-            let mut file = opened.map_err(|source| OutputError::NotWritable {
+            let mut file = opened.map_err(|source| OutputError::Folder {
                 folder: self.path.clone(),
                 source,
             })?;
