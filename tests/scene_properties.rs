@@ -196,7 +196,7 @@ proptest! {
         prop_assert!((mass / body.mass - 1.0).abs() < 1e-12, "mass {mass}");
     }
 
-    /// A state that is kept at any time and put into a fresh world continues bitwise.
+    /// A state that is kept at any time and put into a fresh world continues bitwise, on one thread or three.
     #[test]
     fn a_state_kept_at_any_time_goes_on_alike(
         mut drawn in drawn(&ALL, 1..4),
@@ -204,30 +204,23 @@ proptest! {
         grid: bool,
     ) {
         drawn.rule = if grid { "cut_rule: Grid()," } else { "" };
-        let mut whole = drawn.world(HOME);
-        play(&mut whole, at);
-        let kept = whole.state();
-        play(&mut whole, 0.09);
-        let mut second = drawn.world(HOME);
-        second.restore(kept, |_, _| ()).expect("it is the same body");
-        play(&mut second, 0.09);
+        let (kept, whole) = testkit::on_threads(1, || {
+            let mut whole = drawn.world(HOME);
+            play(&mut whole, at);
+            let kept = whole.state();
+            play(&mut whole, 0.09);
+            (kept, whole)
+        });
+        let second = testkit::on_threads(3, || {
+            let mut second = drawn.world(HOME);
+            second.restore(kept, |_, _| ()).expect("it is the same body");
+            play(&mut second, 0.09);
+            second
+        });
         prop_assert!(bits(&whole) == bits(&second), "{} steps and {}", whole.steps(), second.steps());
         prop_assert_eq!(severed(&whole), severed(&second));
         let [a, b] = [&whole, &second].map(|world| world.bodies()[0].relaxed.to_bits());
         prop_assert_eq!(a, b, "what viscosity took");
-    }
-
-    /// One thread or three: bitwise identical.
-    #[test]
-    fn threads_change_nothing(drawn in drawn(&ALL, 1..4)) {
-        let run = |threads: usize| {
-            testkit::on_threads(threads, || {
-                let mut world = drawn.world(HOME);
-                play(&mut world, 0.07);
-                bits(&world)
-            })
-        };
-        prop_assert!(run(1) == run(3), "other bits");
     }
 
     /// Turned, moved and in other units, a scene is the same scene: the same nodes at rest, the same motion to a

@@ -3,23 +3,14 @@
 use glam::DVec3;
 
 pub use crate::block::Block;
-use crate::cloud::{self, Random};
+use crate::cloud::Random;
 
 /// Box of `cells[k]` cells per axis, `spacing` apart, from the origin; nodes inside are moved by up
 /// to `jitter · spacing` per axis, nodes on a face stay on it. All cells have the same diagonal.
 #[must_use]
 pub fn kuhn_block(cells: [usize; 3], spacing: f64, jitter: f64, seed: u64) -> Block {
-    let n = cells.map(|c| c + 1);
-    let mut positions = cloud::lattice(n, spacing, 0.0, 0);
-    let moved = cloud::lattice(n, spacing, jitter, seed);
-    for (node, (x, moved)) in positions.iter_mut().zip(moved).enumerate() {
-        let at = [node % n[0], node / n[0] % n[1], node / (n[0] * n[1])];
-        for axis in 0..3 {
-            if at[axis] > 0 && at[axis] < cells[axis] {
-                x[axis] = moved[axis];
-            }
-        }
-    }
+    let size = DVec3::from_array(cells.map(|count| count as f64)) * spacing;
+    let positions = jittered_lattice(cells, size, jitter, seed);
     from_tetrahedra(positions, six_tetrahedra(cells, false))
 }
 
