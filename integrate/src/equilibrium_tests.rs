@@ -1,18 +1,10 @@
 use super::*;
 use crate::law::ClosureLaw;
-use crate::testing::{Chain, Network};
+use crate::testing::{Chain, Network, hung};
 use crate::trajectory::Trajectory;
 use testkit::assert_matches;
 use testkit::cloud::uniform;
 use testkit::tol::assert_below;
-
-fn hung() -> (Network, Vec<DVec3>, BoundaryConditions, Vec<DVec3>) {
-    let rest = uniform(20, 1.0, 11);
-    let network = Network::complete(&rest, 10.0);
-    let supports = BoundaryConditions::fixed(20, &[0, 1, 2]);
-    let loads = vec![DVec3::new(0.0, 0.3, -1.5); 20];
-    (network, rest, supports, loads)
-}
 
 #[test]
 fn newton_converges_quadratically_to_round_off() {

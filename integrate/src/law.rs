@@ -172,32 +172,26 @@ impl<F: FnMut(&[DVec3], &mut [DVec3]) -> f64> ForceLaw for Differences<F> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::Network;
+    use crate::testing::{Network, hung};
     use crate::{BoundaryConditions, EigenvalueSettings, NewtonSettings, StaticLoad};
     use crate::{largest_eigenvalue, solve_static};
     use testkit::cloud::uniform;
 
-    fn body() -> (Network, Vec<DVec3>) {
-        let rest = uniform(20, 1.0, 11);
-        (Network::complete(&rest, 10.0), rest)
-    }
-
     /// The same static solution from the law itself, by two functions and by forces alone.
     #[test]
     fn three_ways_to_give_forces_find_one_equilibrium() {
-        let loads = vec![DVec3::new(0.0, 0.3, -1.5); 20];
+        let (mut first, rest, supports, loads) = hung();
+        let (mut second, mut third) = (hung().0, hung().0);
         let load = StaticLoad {
             forces: &loads,
             ..StaticLoad::default()
         };
         let solve = |law: &mut dyn ForceLaw| {
-            let mut x = body().1;
-            let supports = BoundaryConditions::fixed(20, &[0, 1, 2]);
+            let mut x = rest.clone();
             let settings = NewtonSettings::with_tolerance(1e-9);
             solve_static(law, &mut x, &supports, &load, &settings).unwrap();
             x
         };
-        let (mut first, mut second, mut third) = (body().0, body().0, body().0);
         let itself = solve(&mut first);
         let mut law = ClosureLaw::of(
             &mut second,
@@ -217,11 +211,11 @@ mod tests {
 
     #[test]
     fn differences_are_the_tangent_at_any_scale_of_the_vector() {
-        let (mut network, rest) = body();
+        let (mut network, rest, ..) = hung();
         let x: Vec<DVec3> = rest.iter().map(|x| *x * 1.1).collect();
         let mut f = vec![DVec3::ZERO; 20];
         let mut alone = Differences::new(
-            |x: &[DVec3], f: &mut [DVec3]| body().0.forces_into(x, f),
+            |x: &[DVec3], f: &mut [DVec3]| hung().0.forces_into(x, f),
             0.3,
         );
         network.forces_into(&x, &mut f);

@@ -176,6 +176,15 @@ impl Network {
     }
 }
 
+/// A network that hangs by three nodes, its nodes at ease, and loads on all of them.
+pub(crate) fn hung() -> (Network, Vec<DVec3>, BoundaryConditions, Vec<DVec3>) {
+    let rest = uniform(20, 1.0, 11);
+    let network = Network::complete(&rest, 10.0);
+    let supports = BoundaryConditions::fixed(20, &[0, 1, 2]);
+    let loads = vec![DVec3::new(0.0, 0.3, -1.5); 20];
+    (network, rest, supports, loads)
+}
+
 impl Network {
     fn block(&self, i: usize, j: usize, length: f64) -> DMat3 {
         let d = self.at[j] - self.at[i];

@@ -2,7 +2,7 @@ use super::*;
 use crate::law::ForceLaw;
 use crate::motion::{Motion, MotionSettings};
 use crate::supports::BoundaryConditions;
-use crate::testing::{Network, patch, plate};
+use crate::testing::{Network, plate};
 use crate::tool::{Drive, RigidTool};
 use crate::trajectory::Trajectory;
 use crate::view::StepView;
@@ -140,33 +140,6 @@ fn culling_changes_nothing() {
         (400..1200).contains(&clear),
         "{clear} of 1600 with nothing near"
     );
-}
-
-#[test]
-fn nodes_press_alone_as_together() {
-    let (x, _) = patch();
-    let nodes = ContactSurface::from_nodes(&[0, 4], &[0.5, 2.0], 9).unwrap();
-    let [first, second] = [(0, 0.5), (4, 2.0)]
-        .map(|(node, area)| ContactSurface::from_nodes(&[node], &[area], 9).unwrap());
-    let shape = RigidShape::Sphere { radius: 2.0 };
-    let pose = Pose::at(DVec3::new(0.5, 0.5, 1.0));
-    let settings = ContactSettings {
-        penalty: 3.0,
-        friction: 0.0,
-        implicit: false,
-    };
-    let run = |surface: ContactSurface| {
-        let mut f = vec![DVec3::ZERO; 9];
-        let sum = Contact::new(surface, settings).add_forces(&shape, &pose, &x, &mut f);
-        (sum, f)
-    };
-    let (a, fa) = run(nodes);
-    let (b, fb) = run(first.joined(&second));
-    assert!(
-        (a.force - b.force).length() < 1e-12 && (fa[4] - fb[4]).length() < 1e-12,
-        "same"
-    );
-    assert!(a.force.z > 0.0 && (a.area - 2.5).abs() < 1e-12, "{a:?}");
 }
 
 #[test]

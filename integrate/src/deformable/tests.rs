@@ -316,13 +316,8 @@ fn samples_that_change_keep_their_energy() {
 fn serial_and_parallel_are_the_same() {
     let (contact, x, moved) = pressed(0.4, 11);
     let run = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
-        let (mut contact, mut forces) = (contact.clone(), zeros(&x));
-        pool.install(|| contact.add_forces(&by(&x, &moved), &mut forces));
-        (forces, sum(&contact), contact.state)
+        let (sum, forces, state) = testkit::on_threads(threads, || evaluate(&contact, &x, &moved));
+        (forces, sum, state)
     };
     assert_eq!(run(1), run(3));
 }
