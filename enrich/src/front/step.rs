@@ -93,6 +93,30 @@ impl Surroundings<'_> {
     }
 }
 
+impl Anchor {
+    /// Its ends beyond the first and last sample of a run.
+    fn ends(&self) -> impl Iterator<Item = DVec3> {
+        [self.before, self.after].into_iter().flatten()
+    }
+
+    /// Where a front at `at`, by a face, ends beyond that face, if it is the one beside the front. Then tissue is nearer to the
+    /// side of what lies `overshoot` (m) beyond it ahead, at `to`. A strip to there would end on the face and leave a slit.
+    fn beside(
+        &self,
+        at: DVec3,
+        to: DVec3,
+        overshoot: f64,
+        around: &Surroundings<'_>,
+    ) -> Option<DVec3> {
+        let mut outs = self.ends().map(|end| end - self.at);
+        let beside = outs.find(|out| {
+            let back = out.normalize_or_zero() * overshoot;
+            (around.inside)(to - back) && !(around.inside)(at + *out)
+        });
+        beside.map(|out| at + out)
+    }
+}
+
 /// The last argument at which a predicate that holds at `low` and not at `high` holds, about.
 fn last_true(mut low: f64, mut high: f64, holds: impl Fn(f64) -> bool) -> f64 {
     for _ in 0..HALVINGS {
@@ -126,26 +150,7 @@ impl Front {
             EdgePlace::Inside { at, came } => {
                 self.step_inside(k, anchor, [at, came], around, least)
             }
-            EdgePlace::Outside { at } => {
-                let way = at - anchor.at;
-                let across = self.across(k, way);
-                if across != DVec3::ZERO && anchor.is_ahead(across) {
-                    let inside = |share: f64| (around.inside)(anchor.at + way * share);
-                    let share = last_true(0.0, 1.0, inside);
-                    let overshoot = OVERSHOOT * h / way.length();
-                    Step::Leave(anchor.at + way * (share + overshoot))
-                } else if way.dot(anchor.ahead) < 0.0 && way.length() <= 2.0 * h {
-                    // It went back the way it came.
-                    Step::Stay
-                } else {
-                    // It slid out along the front, or past the last of the tissue ahead.
-                    let near = if way.length() <= h { NEAR * h } else { 0.0 };
-                    match around.beyond(anchor.at, anchor.ahead, near, h) {
-                        Some((Met::Surface, to)) => Step::Leave(to),
-                        _ => Step::Leave(anchor.at),
-                    }
-                }
-            }
+            EdgePlace::Outside { at } => self.step_outside(k, anchor, at, around),
             EdgePlace::Gap | EdgePlace::Air => {
                 let Some(EdgePlace::Inside { .. }) = sample.last else {
                     return Step::Stay;
@@ -156,6 +161,40 @@ impl Front {
                     Some((Met::Surface, to)) if place == EdgePlace::Air => Step::Leave(to),
                     _ => Step::Stay,
                 }
+            }
+        }
+    }
+
+    /// What a sample outside asks for, whose front is at `anchor`.
+    fn step_outside(
+        &self,
+        k: usize,
+        anchor: &Anchor,
+        at: DVec3,
+        around: &Surroundings<'_>,
+    ) -> Step {
+        let h = self.spacing;
+        let way = at - anchor.at;
+        let across = self.across(k, way);
+        if across != DVec3::ZERO && anchor.is_ahead(across) {
+            let inside = |share: f64| (around.inside)(anchor.at + way * share);
+            let surface = anchor.at + way * last_true(0.0, 1.0, inside);
+            let to = surface + way.normalize() * (OVERSHOOT * h);
+            let beside = anchor.beside(surface, to, OVERSHOOT * h, around);
+            return Step::Leave(beside.unwrap_or(to));
+        }
+        if way.dot(anchor.ahead) < 0.0 && way.length() <= 2.0 * h {
+            // It went back the way it came.
+            return Step::Stay;
+        }
+        // It slid out along the front, or past the last of the tissue ahead.
+        let near = if way.length() <= h { NEAR * h } else { 0.0 };
+        match around.beyond(anchor.at, anchor.ahead, near, h) {
+            Some((Met::Surface, to)) => Step::Leave(to),
+            _ => {
+                let passed =
+                    |end: &DVec3| !(around.inside)(*end) && way.dot(*end - anchor.at) > 0.0;
+                Step::Leave(anchor.ends().find(passed).unwrap_or(anchor.at))
             }
         }
     }
@@ -195,7 +234,10 @@ impl Front {
                 return Step::Begin { from, to: at };
             }
             return match around.beyond(at, across / length, SKIN * h, h) {
-                Some((Met::Surface, to)) => Step::Leave(to),
+                Some((Met::Surface, to)) => match anchor.beside(at, to, OVERSHOOT * h, around) {
+                    Some(_) => Step::Go(at),
+                    None => Step::Leave(to),
+                },
                 Some((Met::Sheet, to)) => Step::Go(to),
                 None => Step::Go(at),
             };

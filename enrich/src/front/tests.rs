@@ -425,3 +425,59 @@ fn a_blade_that_comes_back_far_from_a_tear_begins_anew() {
         assert_eq!(places, [true, true, false], "at {x}");
     }
 }
+
+/// Tissue carries the blade's last point out through the face beside it and back, where it may hang in the gap. The sheet is
+/// curved: a flat one does not meet itself.
+#[test]
+fn a_blade_whose_last_point_slides_out_beside_leaves_no_slits() {
+    for (swing, waves, phase) in [(0.1, 3.0, 1.5), (0.2, 3.0, 0.0), (0.2, 3.0, 1.5)] {
+        for offset in [-1.0, -0.9, -0.8, -0.5] {
+            for slant in [0.0, 0.1] {
+                let path = even(15.0, -15.0, |way| {
+                    let z = way / 3.0;
+                    let slid = offset + f64::sin(TAU * waves * z / 6.0 + phase);
+                    let at = |k: u32| (f64::from(k) - 6.0) * (1.0 + swing * slid / HALF);
+                    let point = |k| {
+                        DVec3::new(
+                            0.1 + 0.03 * f64::sin(5.0 * z + at(k)),
+                            at(k),
+                            z + slant * at(k),
+                        )
+                    };
+                    (0..13).map(point).collect()
+                });
+                let cuts = lead_out(&path);
+                let away = |(y, z)| [-2.0, 2.0].map(|x| DVec3::new(x, y, z));
+                let ys = (0..=60).map(|k| 0.0999 * f64::from(k - 30));
+                let grid = ys.flat_map(|y| (0..=40).map(move |k| (y, 0.065 * f64::from(k - 20))));
+                let holes = grid.map(away).filter(|[a, b]| !cuts.crosses(*a, *b));
+                let what = format!("{swing}, {waves}, {phase}, {offset}, {slant}");
+                assert_eq!(
+                    holes.count(),
+                    0,
+                    "swing, waves, phase, offset, slant: {what}"
+                );
+            }
+        }
+    }
+}
+
+/// Drives a blade of which every other place is in the gap where its point has lost its front.
+fn lead_out(path: &[Vec<DVec3>]) -> Cuts {
+    let mut cuts = Cuts::new(&CutSettings::for_spacing(1.0));
+    let mut front = Front::new(path[0].len(), 1.0);
+    let mut had = vec![false; path[0].len()];
+    for (n, now) in path.iter().enumerate() {
+        let mut places = places(&path[n.saturating_sub(1)], now);
+        for ((sample, place), had) in front.samples.iter().zip(&mut places).zip(&mut had) {
+            *had |= sample.anchor.is_some();
+            if *had && sample.anchor.is_none() && n % 2 == 0 {
+                *place = in_gap(vec![*place])[0];
+            }
+        }
+        front
+            .advance(&mut cuts, &places, 0.15, &inside, SKIN)
+            .unwrap();
+    }
+    cuts
+}
