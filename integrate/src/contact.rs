@@ -75,7 +75,7 @@ pub struct ContactForce {
 pub struct ContactPoint {
     /// Index of the point on the surface.
     pub point: u32,
-    /// Where it is (m).
+    /// Where it is (m), on its triangle; the surface touches as far in front of it as it is high.
     pub position: DVec3,
     /// Outward normal of the tool there.
     pub normal: DVec3,
@@ -119,9 +119,9 @@ impl<T: Copy> Ascending<'_, T> {
 
 /// A surface that can touch a tool, with the state of that contact.
 ///
-/// The energy is `Σ_q a_q k ⟨h_q − φ_q⟩² / 2` over the surface's points, with the signed distance `φ` at the linearly interpolated
-/// position and the height `h` of the surface there ([`ContactSurface::raised`]); the force on a point, `a k ⟨h − φ⟩ ∇φ`, goes to
-/// its nodes by its weights.
+/// The energy is `Σ_q a_q k ⟨h_q − φ_q⟩² / 2` over the surface's points. `φ` is the signed distance at the linearly interpolated
+/// position, `h` the height of the surface there ([`ContactSurface::raised`]). The force on a point, `a k ⟨h − φ⟩ ∇φ`, goes to its
+/// nodes by its weights. Outside of a box's edge its curvature, `1/φ`, has no bound; implicit steps over such edges converge.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Contact {
@@ -254,8 +254,8 @@ impl Contact {
     /// If the slices differ in length or are shorter than the surface's nodes require.
     ///
     /// # Numerics
-    /// Groups of points are skipped whose middle is farther from the tool than from their nodes. Sums
-    /// run in the order of points.
+    /// Groups of points are skipped whose middle is farther from the tool than from their nodes, by more than the largest
+    /// height. Sums run in the order of points.
     pub fn add_forces(
         &mut self,
         shape: &RigidShape,

@@ -142,8 +142,8 @@ impl DeformableBodies {
                 let linked = pairs.filter(|(pair, _)| body.stencils.weights[*pair] > 0.0);
                 nodes.extend(linked.map(|(_, other)| other));
             }
-            // A flank hangs on its own side from the first on, though near the front of a cut it sees both; what has no nodes
-            // there is no tissue that could press.
+            // Near the front of a cut a flank sees both sides, and hangs on its own from the first on. What has no nodes there
+            // is no tissue that could press.
             let side = |node: u32| (rest[node as usize] - position).dot(sample.normal);
             let mut known = HashSet::new();
             let own = nodes.iter().copied();

@@ -34,8 +34,7 @@ impl Body {
         let edges = size_of_val(graph.offsets()) + size_of_val(graph.indices());
         let motion = moving.state + size_of_val(self.whole.eigenvector()) + elastic.watch;
         let tools = self.contacts.iter().map(|tool| tool.rigid.contact.bytes());
-        let contact =
-            tools.sum::<usize>() + size_of_val(self.tool_surface.triangles()) + moving.applied;
+        let contact = tools.sum::<usize>() + self.tool_surface.bytes() + moving.applied;
         let part = |name, bytes, phase| PartCost { name, bytes, phase };
         vec![
             part("nodes", nodes, None),

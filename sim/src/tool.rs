@@ -113,6 +113,15 @@ impl ToolSurface {
         Ok(Self::Nodes(nodes, areas))
     }
 
+    pub(crate) fn bytes(&self) -> usize {
+        match self {
+            Self::Triangles(triangles, bulges) => {
+                size_of_val(&**triangles) + size_of_val(&**bulges)
+            }
+            Self::Nodes(nodes, areas) => size_of_val(&**nodes) + size_of_val(&**areas),
+        }
+    }
+
     pub(crate) fn triangles(&self) -> &[[u32; 3]] {
         match self {
             Self::Triangles(triangles, _) => triangles,

@@ -9,9 +9,9 @@ use crate::sampling::Solid;
 /// it, or face as one of its sides does.
 const LARGEST: f64 = 0.134;
 
-/// How far (m) the surface stands in front of the middles of the edges ab, bc and ca of triangles abc, along their normals, shape
-/// `(triangles, 3)`; negative in hollows. A surface of the curvature `κ` along an edge of the length `l` has `κ l²/8`. 0
-/// at creases that triangles cut off.
+/// How far (m) the surface stands in front of the middles of the edges ab, bc and ca of triangles abc. Shape `(triangles, 3)`, along
+/// their normals, negative in hollows, 0 at creases that triangles cut off. A surface of the curvature `κ` along an edge of the
+/// length `l` has `κ l²/8`.
 ///
 /// # Arguments
 /// * `positions` -- corners on the surface (m), shape `(n)`.
@@ -41,10 +41,8 @@ pub fn edge_bulges(solid: &Solid, positions: &[DVec3], triangles: &[[u32; 3]]) -
             let edge = edges.binary_search(&(a.min(b), a.max(b)));
             let off = edge.map_or(DVec3::ZERO, |edge| offs[edge]);
             let [x, y] = ends((a, b));
-            if off.length() > LARGEST * x.distance(y) {
-                return 0.0;
-            }
-            off.dot(normal)
+            let is_bulge = off.length() <= LARGEST * x.distance(y);
+            if is_bulge { off.dot(normal) } else { 0.0 }
         })
     };
     triangles.iter().map(bulges).collect()

@@ -73,8 +73,8 @@ impl SemiImplicit {
         self.forces.resize(surface.members.len(), DVec3::ZERO);
     }
 
-    /// Lists the groups whose middle is no farther from the tool than from their nodes, and those of sticking points
-    /// (ascending).
+    /// Lists the groups whose middle is no farther from the tool than from their nodes, but for the largest height, and those of
+    /// sticking points (ascending).
     pub(super) fn choose_near(
         &mut self,
         surface: &ContactSurface,

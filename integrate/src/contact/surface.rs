@@ -112,8 +112,8 @@ impl ContactSurface {
     /// 6,000 nodes that a plane pushes in by a twentieth of its radius resists by 11 % too little.
     ///
     /// # Arguments
-    /// * `bulges` -- how far (m) it stands in front of the middles of the edges ab, bc and ca of each triangle; of a point with the
-    ///   barycentric coordinates `w` the quadratic `4 (w_a w_b ab + w_b w_c bc + w_c w_a ca)`. Triangles beyond have none.
+    /// * `bulges` -- how far (m) it stands in front of the middles of the edges ab, bc and ca of each triangle. A point with the
+    ///   barycentric coordinates `w` has `4 (w_a w_b ab + w_b w_c bc + w_c w_a ca)`. Triangles beyond have none.
     #[must_use]
     pub fn raised(mut self, bulges: &[[f64; 3]]) -> Self {
         for (group, [ab, bc, ca]) in (0..self.group_count()).zip(bulges) {
@@ -129,9 +129,9 @@ impl ContactSurface {
         self
     }
 
-    /// The surface of a body that a cut may have torn: triangles whose corners hang together, as
-    /// [`ContactSurface::from_triangles`] takes them, with their `bulges` ([`ContactSurface::raised`]), and of each torn one a third
-    /// of its area at every corner, so that nothing spans a gap.
+    /// The surface of a body that a cut may have torn. Triangles whose corners hang together are those of
+    /// [`ContactSurface::from_triangles`], with their `bulges` ([`ContactSurface::raised`]). Each torn one has a third of its area
+    /// at every corner, so that nothing spans a gap.
     ///
     /// # Arguments
     /// * `holds` -- whether two corners of a triangle hang together.
@@ -187,7 +187,8 @@ impl ContactSurface {
         groups
             && points == self.areas.len()
             && points == self.heights.len()
-            && self.highest.is_finite()
+            && self.highest >= 0.0
+            && self.heights.iter().all(|height| *height <= self.highest)
             && below(&self.members, node_count)
             && below(&self.nodes, self.members.len())
             && self

@@ -12,9 +12,9 @@ const MOST_NODES: usize = 16;
 /// ellipsoid (`random --all`, seed 102, scene 068) some lay 2.8 spacings off; lists with room for both sides' would name
 /// nearly all pairs. With 0.5 and 1 that scene ends in 34,903 and 32,406 steps, 0.08 and 0.04 % unexplained.
 const THICKEST: f64 = 1.0;
-/// Least cosine between the normals of the surface and of its row at rest, `√⅔`, from which on it may stand in front of the row: that of
-/// a triangle on a sphere whose radius is as long as its edges. Triangles that cut off a crease face elsewhere: with their distance
-/// (0 in place of this) a fold of `prove touch` presses 0.43 spacings deep for 0.19.
+/// Least cosine between the normals of the surface and of a triangle, `√⅔`, from which on it may stand in front of that. A triangle on a
+/// sphere whose radius is as long as its edges has it. Triangles that cut off a crease face elsewhere. With 0 a fold of
+/// `prove touch` presses 0.43 spacings deep for 0.19.
 const ALIKE: f64 = 0.816;
 /// Distance across the normal (spacings) within which nodes bear what presses a flank. With 1.1, 1.3, 1.5 and 2 the force of a pressed
 /// block of 1,000 nodes (`contact`) is 1.4, 0.8, 0.4 and 3.0 % above the uncut block's, of mere points 0.1, 0.2, 1.2 and 0.6 %.
@@ -98,7 +98,7 @@ impl ContactDisks {
     /// Adds a sample on the first 16 of `nodes` of the body, among nodes at rest at `rest` (m). Nodes that occur twice
     /// count once. With `areas`, the area vector (m², outward) that cuts have opened at each of `nodes`, it is on the 16 of
     /// them that bear most of it, if these open to its normal; without any it is fitted to the first. Its distance from its row
-    /// stays as it is at rest, as of a curved surface in front of its triangles, unless these face elsewhere, as at a crease. One
+    /// stays as it is at rest, as of a curved surface in front of a triangle. Where a triangle cuts off a crease it has none. One
     /// that is more than a spacing off is in contact with nothing.
     ///
     /// # Panics
@@ -175,7 +175,8 @@ impl ContactDisks {
         }
         self.counts[at] = index(own.len());
         let facing = along[0].cross(along[1]).normalize_or_zero().dot(n);
-        self.thickness[at] = if facing < ALIKE { 0.0 } else { -middle.dot(n) };
+        let is_crease = own.len() == 3 && facing < ALIKE;
+        self.thickness[at] = if is_crease { 0.0 } else { -middle.dot(n) };
         let is_carried = self.thickness[at].abs() <= THICKEST * sample.spacing;
         self.reach[at] = if found[1] && found[2] && is_carried {
             REACH * sample.area.sqrt()

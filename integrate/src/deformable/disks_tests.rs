@@ -99,6 +99,13 @@ fn a_membrane_has_a_thickness() {
         disks.reach[1] < 1e-300,
         "a single node makes a point without a disk"
     );
+    assert!((disks.thickness[1] - 0.4).abs() < 1e-12, "{disks:?}");
+    let far = DiskSample {
+        position: sample.position + DVec3::Z,
+        ..alone
+    };
+    disks.push(far, (&[4], &[]), &rest);
+    assert!(disks.samples[2].area < 1e-300, "too far off");
 }
 
 /// A sample on a sphere stands in front of the triangle of its nodes; one on a face beside the triangle that cuts off its edge does not.
