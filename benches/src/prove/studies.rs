@@ -73,6 +73,7 @@ pub(super) fn contact(proof: &mut Proof) {
         ("spheres", "force (N)", 5.0),
         ("spheres", "force (N), a rigid plane", 2.0),
         ("cylinders", "force (N)", 4.0),
+        ("sphere on a block", "force (N)", 7.0),
         ("bars", "time", 6.0),
         ("bars", "energy", 1.0),
         ("sliding", "distance", 3.0),

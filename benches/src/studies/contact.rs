@@ -38,7 +38,9 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
 const WORDS: &str = "Flanks: a block is cut through, then pressed by 5 % or drawn by 5 %; its force stands beside the uncut \
      block's. Patch: two blocks whose nodes do not match, pressed by 1 %, Poisson's ratio 0: the force of one \
      block, and strain that differs from 1 %. Spheres: two equal ones, and one against a rigid plane at half the \
-     approach (the same by symmetry), beside finite elements; at this depth Hertz (1882) is 12 % below them. Cylinders: the same in a plane. Bars: two that collide; contact lasts 2L/c. \
+     approach (the same by symmetry), beside finite elements; at this depth Hertz (1882) is 12 % below them. \
+     Cylinders: the same in a plane. A sphere on a block 30 times as stiff: the same by Hertz's modulus of both. \
+     Bars: two that collide; contact lasts 2L/c. \
      Sliding: a block comes to rest after v²/2μg.";
 
 fn scene(text: &str) -> Result<Scene, StudyError> {
@@ -153,6 +155,8 @@ const RADIUS: f64 = 0.02;
 const PUSH: f64 = 0.001;
 const MODULUS: f64 = 5e3;
 const HALF: f64 = 0.015;
+/// Young's modulus of a block over that of the sphere on it: all but a thirtieth of the push goes into the sphere.
+const STIFFER: f64 = 30.0;
 /// Finite elements (`benches/peers/sphere.py`): force (N) on one of two spheres, radius (m) in contact, force (N/m) on one of two
 /// cylinders.
 const ON_SPHERE: f64 = 0.03742;
@@ -160,13 +164,14 @@ const IN_CONTACT: f64 = 4.47e-3;
 const ON_CYLINDER: f64 = 3.013;
 
 fn curved(size: u32, rows: &mut Rows) -> Result<(), StudyError> {
-    let body = |name: &str, shape: &str, ratio: f64, z: f64| {
+    let of = |name: &str, shape: &str, [modulus, ratio, z]: [f64; 3]| {
         format!(
             "(name: \"{name}\", shape: {shape}, position: (0, 0, {z}), sampling: (target: Nodes({})), damping: 30,
-            material: (youngs_modulus: {MODULUS}, poissons_ratio: {ratio}, density: 1000))",
+            material: (youngs_modulus: {modulus}, poissons_ratio: {ratio}, density: 1000))",
             2000 * size
         )
     };
+    let body = |name: &str, shape: &str, ratio: f64, z: f64| of(name, shape, [MODULUS, ratio, z]);
     let held = "(body: \"a\", region: HalfSpace(point: (0, 0, -0.02), normal: (0, 0, -1)))";
     let rest = "gravity: None, integration: (duration: 1.0, settle: None),";
     let two = |shape: &str, ratio: f64| {
@@ -198,6 +203,19 @@ fn curved(size: u32, rows: &mut Rows) -> Result<(), StudyError> {
     ] {
         rows.add("spheres", figure, (area / PI).sqrt(), IN_CONTACT);
     }
+    let block = "Box(size: (0.05, 0.05, 0.02))";
+    let on_block = play(&format!(
+        "bodies: [{}, {}], supports: [(body: \"a\", region: HalfSpace(point: (0, 0, -0.0199), normal: (0, 0, -1))),
+            (body: \"b\", region: HalfSpace(point: (0, 0, {RADIUS}), normal: (0, 0, 1)),
+            motion: Driven(path: [(time: 0), (time: 0.3, position: (0, 0, {}))]))], contact: (),
+        gravity: None, integration: (duration: 0.6, settle: None),",
+        of("a", block, [STIFFER * MODULUS, 0.3, -0.01]),
+        body("b", &sphere, 0.3, RADIUS),
+        -PUSH
+    ))?;
+    // By Hertz's modulus of both.
+    let expected = ON_SPHERE / (1.0 + 1.0 / STIFFER);
+    rows.add("sphere on a block", "force (N)", force(&on_block), expected);
     // A tube must have a hole.
     let cylinder = format!(
         "Tube(from: (0, -{HALF}, 0), to: (0, {HALF}, 0), inner_radius: 1e-4, outer_radius: {RADIUS})"
