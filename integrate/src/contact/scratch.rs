@@ -89,8 +89,8 @@ impl SemiImplicit {
         };
         let placed = shape.placed(pose);
         let positions = &self.positions;
-        // The middle's distance from the tool, less the largest height, and how far from it (squared) its members are. Points are means of these,
-        // and so move no farther.
+        // The middle's distance from the tool, less the largest height, and how far from it (squared) its members are. Points
+        // are means of these, and so move no farther.
         let reach = |group: u32| {
             let members = surface.group_members(group);
             let at = |member: &u32| positions[*member as usize];
