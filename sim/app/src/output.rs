@@ -8,7 +8,7 @@ mod interrupt;
 mod progress;
 
 pub(crate) use checkpoint::write_checkpoint;
-pub use checkpoint::{CheckpointError, CheckpointFault, read_checkpoint};
+pub use checkpoint::{CHECKPOINT_MAGIC, CheckpointError, CheckpointFault, read_checkpoint};
 pub use folder::{OutputError, OutputFolder};
 pub(crate) use input::input_csv;
 pub use input::{InputFileError, read_input};

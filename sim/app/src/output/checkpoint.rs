@@ -1,6 +1,6 @@
 //! Checkpoints: a scene and the state of its world in one file.
 //!
-//! Layout, numbers little-endian: the line [`MAGIC`]; the program's version, the scene as RON and the state, each as a length in 8 bytes and its bytes; CRC-32 of all before in 4 bytes.
+//! Layout, numbers little-endian: the line [`CHECKPOINT_MAGIC`]; the program's version, the scene as RON and the state, each as a length in 8 bytes and its bytes; CRC-32 of all before in 4 bytes.
 //! The state is written by postcard, which stores each `f64` as its 8 bytes: what is read back is
 //! bitwise equal.
 
@@ -16,8 +16,8 @@ use phyxel_scene::{Override, TextError, read_file};
 use super::folder::{OutputError, OutputFolder};
 use CheckpointFault as Fault;
 
-/// First line of a checkpoint.
-const MAGIC: &[u8] = b"phyxel checkpoint 16\n";
+/// First line of a checkpoint, with the number of its format.
+pub const CHECKPOINT_MAGIC: &[u8] = b"phyxel checkpoint 16\n";
 /// How a checkpoint of any format begins.
 const FAMILY: &[u8] = b"phyxel checkpoint ";
 /// Version of the program, that of all its crates, which a checkpoint belongs to: another may compute other bits.
@@ -113,7 +113,7 @@ fn encode(text: &str, state: &[u8]) -> Vec<u8> {
 }
 
 fn packed(parts: [&[u8]; 3]) -> Vec<u8> {
-    let mut bytes = MAGIC.to_vec();
+    let mut bytes = CHECKPOINT_MAGIC.to_vec();
     for part in parts {
         bytes.extend((part.len() as u64).to_le_bytes());
         bytes.extend(part);
@@ -125,7 +125,7 @@ fn packed(parts: [&[u8]; 3]) -> Vec<u8> {
 
 /// Version, text and state.
 fn decode(bytes: &[u8]) -> Result<[&[u8]; 3], Fault> {
-    if !bytes.starts_with(MAGIC) {
+    if !bytes.starts_with(CHECKPOINT_MAGIC) {
         return Err(match bytes.starts_with(FAMILY) {
             true => Fault::OtherFormat,
             false => Fault::NotACheckpoint,
@@ -136,7 +136,9 @@ fn decode(bytes: &[u8]) -> Result<[&[u8]; 3], Fault> {
     if crc32fast::hash(content).to_le_bytes() != checksum {
         return Err(Fault::Damaged);
     }
-    let mut rest = content.get(MAGIC.len()..).ok_or(Fault::Damaged)?;
+    let mut rest = content
+        .get(CHECKPOINT_MAGIC.len()..)
+        .ok_or(Fault::Damaged)?;
     let mut parts = [&[][..]; 3];
     for part in &mut parts {
         let (length, after) = rest.split_first_chunk::<LENGTH>().ok_or(Fault::Damaged)?;

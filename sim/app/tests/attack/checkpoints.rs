@@ -3,12 +3,11 @@
 use std::path::Path;
 
 use crate::watch;
+use phyxel_cli::output::CHECKPOINT_MAGIC;
 use testkit::broken::broken;
 use testkit::cloud::Random;
 
 const SCENE: &str = include_str!("kept.ron");
-
-const MAGIC: usize = b"phyxel checkpoint 16\n".len();
 
 /// A checkpoint to damage.
 pub(crate) struct Kept(Vec<u8>);
@@ -42,7 +41,7 @@ impl Kept {
 
     /// The same with a state that is broken and whose length and checksum fit.
     fn with_another_state(&self, random: &mut Random) -> Vec<u8> {
-        let mut at = MAGIC;
+        let mut at = CHECKPOINT_MAGIC.len();
         let mut parts = Vec::new();
         for _ in 0..3 {
             let length = u64::from_le_bytes(self.0[at..at + 8].try_into().unwrap()) as usize;
@@ -68,7 +67,7 @@ impl Kept {
             }
             _ => broken(parts[2].clone(), random),
         };
-        let mut out = self.0[..MAGIC].to_vec();
+        let mut out = CHECKPOINT_MAGIC.to_vec();
         for part in parts {
             out.extend((part.len() as u64).to_le_bytes());
             out.extend(part);

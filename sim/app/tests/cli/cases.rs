@@ -106,7 +106,13 @@ fn content(field: &str) -> Vec<u8> {
         let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/cli/cases");
         return std::fs::read(std::path::Path::new(folder).join(name)).unwrap();
     }
-    let escapes = [("\\n", "\n"), ("\\0", "\0"), ("\\5", "\u{5}")];
+    let magic = std::str::from_utf8(phyxel_cli::output::CHECKPOINT_MAGIC).unwrap();
+    let escapes = [
+        ("\\n", "\n"),
+        ("\\0", "\0"),
+        ("\\5", "\u{5}"),
+        ("\\M", magic),
+    ];
     let text = (escapes.iter()).fold(field.to_owned(), |text, (escape, is)| {
         text.replace(escape, is)
     });
