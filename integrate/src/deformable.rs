@@ -1,6 +1,7 @@
 //! Contact of deformable surfaces with each other and with themselves: a penalty with a learned offset, and friction.
 
 mod blocks;
+mod bodies;
 pub(crate) mod disks;
 mod drag;
 mod kept;
@@ -12,6 +13,7 @@ mod tests;
 
 use crate::{BoundaryConditions, EigenvalueSettings};
 use blocks::{Blocks, Room};
+pub use bodies::TouchingNodes;
 use disks::ContactDisks;
 use drag::RigidMotions;
 use glam::DVec3;

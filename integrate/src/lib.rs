@@ -40,7 +40,7 @@ pub use contact::{
 pub use cut_energy::CutEnergy;
 pub use deformable::disks::{ContactDisks, DiskSample};
 pub use deformable::{
-    DeformableContact, DeformableForce, DeformableSettings, DeformableState, Moved,
+    DeformableContact, DeformableForce, DeformableSettings, DeformableState, Moved, TouchingNodes,
 };
 pub use eigenvalue::{
     Eigenvalue, EigenvalueError, EigenvalueSettings, critical_step, largest_eigenvalue,

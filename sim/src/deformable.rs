@@ -1,12 +1,10 @@
 //! Contact of bodies with each other and of the flanks of their cuts: surface samples that follow cuts.
 
-use std::collections::HashSet;
-
 use glam::DVec3;
 use phyxel_discretize::{boundary_triangles, sample_surfels, surface_mesh};
 use phyxel_integrate::{
-    ContactDisks, DeformableContact, DeformableSettings, DeformableState, DiskSample, Moved,
-    Outside, StepView,
+    ContactDisks, DeformableContact, DeformableSettings, DeformableState, DiskSample, Outside,
+    StepView, TouchingNodes,
 };
 use phyxel_splat::{CAPSULE, Tissue, TissueSettings};
 
@@ -21,11 +19,6 @@ const DENSITY: f64 = 4.0;
 const LEARNING: f64 = 0.5;
 /// Nodes of a sample: enough for a linear fit on one side of a cut.
 const NODES: usize = 16;
-/// Nodes on its own side from which on a flank hangs on them alone, twice as many as a linear fit asks for. With 1, rows of three nodes
-/// moved ten times as far as these (`random --all`, seed 3002, scene 003: 72 % of the energy came from nowhere); with 4, 6 and
-/// 8 flanks of `prove touch` press equally deep.
-const LEAST_NODES: usize = 8;
-
 /// A body's surface as it touches others and itself.
 #[derive(Debug, Clone)]
 struct BodySurface {
@@ -35,8 +28,6 @@ struct BodySurface {
     outside: Outside,
     /// Area vectors (m²) that cuts have opened at nodes; empty before the first.
     opened: Vec<DVec3>,
-    /// Where the body's nodes begin among those of all.
-    first: usize,
     /// Of its samples (Pa/m), and the distance (m) of its nodes.
     stiffness: f64,
     spacing: f64,
@@ -46,13 +37,8 @@ struct BodySurface {
 #[derive(Debug, Clone)]
 pub(crate) struct DeformableBodies {
     pub(crate) contact: DeformableContact,
+    nodes: TouchingNodes,
     surfaces: Vec<BodySurface>,
-    rest: Vec<DVec3>,
-    masses: Vec<f64>,
-    positions: Vec<DVec3>,
-    moved: Vec<DVec3>,
-    /// Number of each node's free piece.
-    pieces: Vec<u32>,
 }
 
 impl DeformableBodies {
@@ -61,19 +47,17 @@ impl DeformableBodies {
         let Some(contact) = &scene.contact else {
             return Ok(None);
         };
-        let (mut surfaces, mut rest, mut masses) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut surfaces, mut nodes) = (Vec::new(), TouchingNodes::default());
         for (body, description) in bodies.iter().zip(&scene.bodies) {
             surfaces.push(BodySurface {
                 tissue: in_body(tissue_of(body), &body.name)?,
                 samples: Vec::new(),
                 outside: Outside::new(&boundary_triangles(&body.tetrahedra, |_| true)),
                 opened: Vec::new(),
-                first: rest.len(),
                 stiffness: description.material.youngs_modulus / body.spacing,
                 spacing: body.spacing,
             });
-            rest.extend_from_slice(&body.rest);
-            masses.extend_from_slice(&body.masses);
+            nodes.push(&body.rest, &body.masses);
         }
         let name = |body: u32| scene.bodies[body as usize].name.as_str();
         let friction = |a: u32, b: u32| contact.friction_of(name(a), name(b));
@@ -84,12 +68,8 @@ impl DeformableBodies {
                 index(bodies.len()),
                 friction,
             ),
+            nodes,
             surfaces,
-            positions: rest.clone(),
-            moved: vec![DVec3::ZERO; rest.len()],
-            pieces: vec![u32::MAX; rest.len()],
-            rest,
-            masses,
         };
         let mut disks = ContactDisks::default();
         for (at, body) in bodies.iter().enumerate() {
@@ -107,7 +87,7 @@ impl DeformableBodies {
         for surfel in samples.len()..tissue.surfels().len() {
             let (sample, nodes, areas) = self.sample(body, at, surfel);
             self.surfaces[at].samples.push(index(disks.len()));
-            disks.push(sample, (&nodes, &areas), &self.rest);
+            disks.push(sample, (&nodes, &areas), self.nodes.rest());
         }
     }
 
@@ -119,13 +99,15 @@ impl DeformableBodies {
         let disk = &tissue.surfels()[surfel];
         // Linear interpolation on a triangle gives its corners what their share of the surface bears; rows of flanks
         // and of what a cut hides are fitted.
-        let (position, rest) = (disk.position, &self.rest[surface.first..]);
         let outer = surfel < tissue.outer_count();
-        let triangle = outer.then(|| surface.outside.triangle(rest, position, row));
+        let triangle = outer.then(|| {
+            let outside = &surface.outside;
+            outside.triangle(&body.rest, disk.position, row)
+        });
         let triangle = triangle.flatten();
         let nodes = triangle.as_ref().map_or(row, |triangle| &triangle[..]);
-        let mut sample = DiskSample {
-            position,
+        let sample = DiskSample {
+            position: disk.position,
             normal: disk.normal,
             area: disk.area,
             flank: disk.material != CAPSULE,
@@ -142,23 +124,11 @@ impl DeformableBodies {
                 let linked = pairs.filter(|(pair, _)| body.stencils.weights[*pair] > 0.0);
                 nodes.extend(linked.map(|(_, other)| other));
             }
-            // Near the front of a cut a flank sees both sides, and hangs on its own from the first on. What has no nodes there
-            // is no tissue that could press.
-            let side = |node: u32| (rest[node as usize] - position).dot(sample.normal);
-            let mut known = HashSet::new();
-            let own = nodes.iter().copied();
-            let own: Vec<u32> = own
-                .filter(|node| side(*node) <= 0.0 && known.insert(*node))
-                .collect();
-            if own.len() >= LEAST_NODES {
-                nodes = own;
-            } else if own.is_empty() {
-                sample.area = 0.0;
-            }
             areas.extend(nodes.iter().map(|node| surface.opened[*node as usize]));
         }
+        let first = index(self.nodes.of(at).start);
         for node in &mut nodes {
-            *node += index(surface.first);
+            *node += first;
         }
         (sample, nodes, areas)
     }
@@ -208,16 +178,16 @@ impl DeformableBodies {
         }
         let changed = changed.iter().map(|&surfel| surfel as usize);
         self.begin(bodies);
-        let mut disks = self.contact.take_disks(&self.positions);
+        let mut disks = self.contact.take_disks(self.nodes.positions());
         let mut set = Vec::new();
         for surfel in changed.filter(|surfel| *surfel < known) {
             let (sample, nodes, areas) = self.sample(body, index, surfel);
             let at = self.surfaces[index].samples[surfel] as usize;
-            disks.set(at, sample, (&nodes, &areas), &self.rest);
+            disks.set(at, sample, (&nodes, &areas), self.nodes.rest());
             set.push(at);
         }
         self.take_new(body, index, &mut disks);
-        self.contact.set_disks(disks, &set, &self.positions);
+        self.contact.set_disks(disks, &set, self.nodes.positions());
         Ok(())
     }
 
@@ -230,53 +200,34 @@ impl DeformableBodies {
         let drag = if gravity > 0.0 { least / gravity } else { 0.0 };
         self.contact.set_rates(LEARNING * least, drag);
         self.begin(bodies);
-        self.pieces.fill(u32::MAX);
-        let bodies = bodies.iter().zip(&self.surfaces);
-        let pieces = bodies.flat_map(|(body, surface)| {
-            let pieces = body.motion().free_pieces();
-            pieces.map(move |nodes| (nodes, surface.first))
-        });
-        for (piece, (nodes, first)) in (0..).zip(pieces) {
-            for node in nodes {
-                self.pieces[first + *node as usize] = piece;
+        self.nodes.clear_pieces();
+        for (at, body) in bodies.iter().enumerate() {
+            for piece in body.motion().free_pieces() {
+                self.nodes.add_piece(at, piece);
             }
         }
     }
 
-    /// Remembers where a body's nodes are at the begin of a step.
+    /// Remembers where bodies' nodes are at the begin of a step.
     fn begin(&mut self, bodies: &[Body]) {
-        for (body, surface) in bodies.iter().zip(&self.surfaces) {
-            let (x, first) = (body.motion().positions(), surface.first);
-            self.positions[first..first + x.len()].copy_from_slice(x);
+        for (at, body) in bodies.iter().enumerate() {
+            self.nodes.place(at, body.motion().positions());
         }
     }
 
     /// Takes where a body's nodes are at the end of a step.
     pub(crate) fn take(&mut self, body: usize, view: &StepView<'_>) {
-        let first = self.surfaces[body].first;
-        let range = first..first + view.positions.len();
-        let (before, moved) = (&mut self.positions[range.clone()], &mut self.moved[range]);
-        for ((moved, before), now) in moved.iter_mut().zip(before).zip(view.positions) {
-            *moved = *now - *before;
-            *before = *now;
-        }
+        self.nodes.take(body, view.positions);
     }
 
     /// Computes the forces once all bodies' nodes are known.
     pub(crate) fn press(&mut self, step: f64) {
-        let moved = Moved {
-            positions: &self.positions,
-            by: &self.moved,
-            masses: &self.masses,
-            pieces: &self.pieces,
-            step,
-        };
-        self.contact.update_forces(&moved);
+        self.contact.update_forces(&self.nodes.moved(step));
     }
 
     /// Adds the forces on a body's nodes.
     pub(crate) fn give(&self, body: usize, forces: &mut [DVec3]) {
-        let own = &self.contact.state().forces[self.surfaces[body].first..];
+        let own = &self.contact.state().forces[self.nodes.of(body)];
         for (sum, force) in forces.iter_mut().zip(own) {
             *sum += *force;
         }
@@ -286,23 +237,20 @@ impl DeformableBodies {
     pub(crate) fn new_bound(&mut self, bodies: &[Body]) -> Option<f64> {
         if self.contact.state().listed_at.is_empty() {
             self.begin(bodies);
-            self.contact.update_lists(&self.positions);
+            self.contact.update_lists(self.nodes.positions());
         }
-        self.contact.new_bound(&self.masses)
+        self.contact.new_bound(self.nodes.masses())
     }
 
     /// Contact pressure (Pa) at each node of a body.
     pub(crate) fn pressures(&self, bodies: &[Body], body: usize) -> Vec<f64> {
         let positions = bodies.iter().map(|body| body.motion().positions());
         let positions = positions.collect::<Vec<_>>().concat();
-        let mut all = self.contact.pressures(&positions);
-        all.drain(..self.surfaces[body].first);
-        all.truncate(bodies[body].rest.len());
-        all
+        self.contact.pressures(&positions)[self.nodes.of(body)].to_vec()
     }
 
     pub(crate) fn fits(&self, state: &DeformableState) -> bool {
-        self.contact.fits(state, self.rest.len())
+        self.contact.fits(state, self.nodes.rest().len())
     }
 
     /// Goes back to a snapshot; the bound there.
@@ -313,10 +261,8 @@ impl DeformableBodies {
     }
 
     pub(crate) fn bytes(&self) -> usize {
-        let vectors = [&self.rest, &self.positions, &self.moved];
-        let vectors: usize = vectors.iter().map(|list| size_of_val(&***list)).sum();
         let tissues = self.surfaces.iter().map(|surface| surface.tissue.bytes());
-        self.contact.bytes() + vectors + tissues.sum::<usize>()
+        self.contact.bytes() + self.nodes.bytes() + tissues.sum::<usize>()
     }
 }
 

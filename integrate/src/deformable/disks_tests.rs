@@ -79,6 +79,29 @@ fn flanks_bear_by_opened_areas() {
     }
 }
 
+/// Where a flank sees both sides of its cut it hangs on its own, if that has nodes enough; without any it touches nothing.
+#[test]
+fn a_flank_hangs_on_its_own_side() {
+    let spots = (0..50_u32).map(|i| [i % 5, i / 5 % 5, i / 25].map(f64::from));
+    let rest: Vec<DVec3> = spots.map(|[x, y, z]| DVec3::new(x, y, z - 0.5)).collect();
+    let flank = DiskSample {
+        flank: true,
+        ..sample(DVec3::new(2.0, 2.0, 0.0), DVec3::Z, 0.25, 0)
+    };
+    let above = |nodes: &[u32]| {
+        let mut disks = ContactDisks::default();
+        let areas = vec![DVec3::ZERO; nodes.len()];
+        disks.push(flank, (nodes, &areas), &rest);
+        let on = disks.row(0).map(|entry| disks.nodes[entry]);
+        (on.filter(|node| *node >= 25).count(), disks.samples[0].area)
+    };
+    let [below, beyond] = [6..14, 31..39_u32].map(|nodes| nodes.collect::<Vec<_>>());
+    let both = [&below[..], &beyond].concat();
+    assert_eq!(above(&both), (0, 0.25));
+    assert_eq!(above(&both[1..]), (8, 0.25), "seven are too few");
+    assert_eq!(above(&beyond), (8, 0.0), "no tissue behind it");
+}
+
 /// A sheet of one layer of nodes does not determine its normal direction: the surface stays as far outside as at rest.
 #[test]
 fn a_membrane_has_a_thickness() {
