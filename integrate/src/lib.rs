@@ -2,6 +2,7 @@
 #![doc = include_str!("../README.md")]
 
 mod audit;
+mod awake;
 mod contact;
 mod cut_energy;
 mod deformable;
@@ -33,6 +34,7 @@ mod view;
 mod watch;
 
 pub use audit::{Audit, RigidEnergies, Warning};
+pub use awake::awake;
 pub use contact::pressed::Pressed;
 pub use contact::{
     Contact, ContactForce, ContactPoint, ContactSettings, ContactSurface, SurfaceError, penalty,

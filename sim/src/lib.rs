@@ -6,7 +6,6 @@
 mod trainer {}
 
 mod alarm;
-mod awake;
 mod body;
 mod body_state;
 mod capture;

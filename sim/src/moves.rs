@@ -3,9 +3,9 @@
 use std::time::Instant;
 
 use glam::DVec3;
-use phyxel_integrate::{Applied, StepView};
+use phyxel_elastic::PARALLEL_NODES;
+use phyxel_integrate::{Applied, StepView, awake};
 
-use crate::awake::awake;
 use crate::deformable::DeformableBodies;
 use crate::error::{WorldError, in_body};
 use crate::phases::{Phase, Phases, StepTimes};
@@ -35,15 +35,21 @@ impl World {
         // Passes over the nodes of a shared body are not taken here.
         let here = bodies.iter().filter(|body| !body.whole.is_shared());
         let largest = here.map(|body| body.rest.len()).max();
-        awake(largest.unwrap_or(0), || {
-            let Some(contact) = &mut self.deformable else {
+        let gravity = self.scene.gravity.map_or(DVec3::ZERO, |g| g.acceleration);
+        let contact = self.deformable.as_mut();
+        let work = || {
+            let Some(contact) = contact else {
                 let mut bodies = bodies.iter_mut();
                 return bodies.try_for_each(|body| body.step(step, None, phases));
             };
-            let gravity = self.scene.gravity.map_or(DVec3::ZERO, |g| g.acceleration);
             contact.begin_step(bodies, gravity.length());
             advance_together(bodies, 0, contact, step, phases)
-        })
+        };
+        if largest.unwrap_or(0) < PARALLEL_NODES {
+            work()
+        } else {
+            awake(work)
+        }
     }
 }
 

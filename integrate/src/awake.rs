@@ -3,8 +3,6 @@
 use std::cell::Cell;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use phyxel_elastic::PARALLEL_NODES;
-
 thread_local! {
     /// Whether this thread takes a step, or looks for work of one.
     static TAKEN: Cell<bool> = const { Cell::new(false) };
@@ -25,11 +23,20 @@ impl Drop for Taken {
     }
 }
 
-/// Runs `work` while the other threads of the pool look for parts of it. Between two passes of a step they would fall
-/// asleep, and waking takes longer than a pass does. Does nothing of that for fewer `nodes` than a pass shares out,
-/// outside of a pool, and within work that is awake.
-pub(crate) fn awake<R: Send>(nodes: usize, work: impl FnOnce() -> R + Send) -> R {
-    if nodes < PARALLEL_NODES || rayon::current_thread_index().is_none() {
+/// Runs `work`, a step or several, while the other threads of the `rayon` pool look for parts of it.
+///
+/// Between two passes of a step they would fall asleep, and waking takes longer than a pass does. Outside of a pool and within
+/// work that is awake it only runs `work`. Not for work without parallel passes: it keeps all threads busy.
+///
+/// # Examples
+/// ```
+/// let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build()?;
+/// let sum: u32 = pool.install(|| phyxel_integrate::awake(|| (0..10).sum()));
+/// assert_eq!(sum, 45);
+/// # Ok::<(), rayon::ThreadPoolBuildError>(())
+/// ```
+pub fn awake<R: Send>(work: impl FnOnce() -> R + Send) -> R {
+    if rayon::current_thread_index().is_none() {
         return work();
     }
     let Some(_taken) = Taken::take() else {
@@ -77,8 +84,8 @@ mod tests {
         let pool = pool.build().unwrap();
         pool.install(|| {
             let never = AtomicBool::new(false);
-            awake(PARALLEL_NODES, || attend(&never));
-            let fails = || awake(PARALLEL_NODES, || panic!("at work"));
+            awake(|| attend(&never));
+            let fails = || awake(|| panic!("at work"));
             assert!(catch_unwind(fails).is_err());
             assert!(!TAKEN.get());
         });
@@ -90,16 +97,14 @@ mod tests {
         for threads in [1, 2, 3] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
             let pool = pool.build().unwrap();
-            for nodes in [0, PARALLEL_NODES] {
-                let sum = || {
-                    let halves = rayon::join(|| 1 + nodes, || awake(nodes, || 2 + nodes));
-                    halves.0 + halves.1
-                };
-                assert_eq!(awake(nodes, sum), 3 + 2 * nodes);
-                assert_eq!(pool.install(|| awake(nodes, sum)), 3 + 2 * nodes);
-                let fails = || pool.install(|| awake(nodes, || panic!("at work")));
-                assert!(catch_unwind(AssertUnwindSafe(fails)).is_err());
-            }
+            let sum = || {
+                let halves = rayon::join(|| 1, || awake(|| 2));
+                halves.0 + halves.1
+            };
+            assert_eq!(awake(sum), 3);
+            assert_eq!(pool.install(|| awake(sum)), 3);
+            let fails = || pool.install(|| awake(|| panic!("at work")));
+            assert!(catch_unwind(AssertUnwindSafe(fails)).is_err());
         }
     }
 }
