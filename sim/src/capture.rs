@@ -169,35 +169,16 @@ impl World {
         Ok(())
     }
 
-    /// How many edges of a cut the scene's path captures.
+    /// How many edges of all cuts the scene's paths capture.
     #[must_use]
-    pub fn capture_count(&self, cut: &scene::Cut) -> usize {
-        cut.capture_times(finest_spacing(cut, &self.bodies)).len()
+    pub fn capture_count(&self) -> usize {
+        self.input.capture_count()
     }
 }
 
 /// Smallest mean distance (m) of neighbouring nodes of the bodies that a cut is of.
-fn finest_spacing(cut: &scene::Cut, bodies: &[Body]) -> f64 {
+pub(crate) fn finest_spacing(cut: &scene::Cut, bodies: &[Body]) -> f64 {
     let bodies = bodies.iter();
     let bodies = bodies.filter(|body| cut.body.as_ref().is_none_or(|name| *name == body.name));
     bodies.fold(f64::INFINITY, |least, body| least.min(body.spacing))
-}
-
-/// When a cut is captured (s).
-pub(crate) fn capture_times(cut: &scene::Cut, bodies: &[Body]) -> Result<Vec<f64>, WorldError> {
-    let spacing = finest_spacing(cut, bodies);
-    if let scene::Capture::Spacing(share) = cut.capture {
-        let distance = share * spacing;
-        let count = cut.way() / distance;
-        if count > scene::Capture::MOST {
-            let cut = cut.name.clone();
-            return Err(WorldError::TooManyCaptures {
-                cut,
-                share,
-                distance,
-                count,
-            });
-        }
-    }
-    Ok(cut.capture_times(spacing))
 }

@@ -1,7 +1,7 @@
 //! Why a world cannot be built or stepped.
 
 use crate::memory::MemoryShortage;
-use crate::scene::{Capture, Fault};
+use crate::scene::Fault;
 use phyxel_discretize::{ReadError, SampleError, SolidError};
 use phyxel_elastic::ElasticError;
 use phyxel_enrich::CutError;
@@ -57,21 +57,9 @@ pub enum BodyProblem {
     /// The surface cannot be sampled for contact with other bodies, or does not follow a cut.
     #[error(transparent)]
     Samples(#[from] phyxel_splat::SurfelError),
-    /// The spacing asks for more nodes than the scene allows.
-    #[error(
-        "a spacing of {spacing} m would make about {estimate:.0} nodes, more than the limit of \
-         {limit}; take a spacing of {advice:.3e} m or raise sampling.limit"
-    )]
-    TooManyNodes {
-        /// Spacing asked for (m).
-        spacing: f64,
-        /// Nodes it would make, about.
-        estimate: f64,
-        /// Limit of the scene.
-        limit: u32,
-        /// Spacing (m) that stays within the limit.
-        advice: f64,
-    },
+    /// The body's solid shows that a value of the scene is not as it must be.
+    #[error(transparent)]
+    Scene(#[from] Fault),
     /// Its nodes take more memory than there is.
     #[error("{0}; ask for fewer nodes")]
     Memory(#[from] MemoryShortage),
@@ -180,22 +168,6 @@ pub enum WorldError {
     /// The edge of a program's blade is none.
     #[error("the blade's edge needs two points or more, all finite")]
     BadEdge,
-    /// A cut is captured too often.
-    #[error(
-        "cut '{cut}': a capture of Spacing({share:?}), every {distance:.2e} m here, makes {count:.2e} captures; the limit is \
-         {:.0e}: take a larger share or a shorter path",
-        Capture::MOST
-    )]
-    TooManyCaptures {
-        /// Name of the cut.
-        cut: String,
-        /// Fraction of the spacing that it moves from one capture to the next.
-        share: f64,
-        /// The same (m).
-        distance: f64,
-        /// How many captures it makes.
-        count: f64,
-    },
     /// The bodies have settled as long as they may, and nobody started the scene.
     #[error(
         "the bodies have settled for {limit} s (integration.settle.limit) and the scene was never \

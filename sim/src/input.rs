@@ -190,6 +190,11 @@ impl InputSource {
         }
     }
 
+    /// Of all paths.
+    pub(crate) fn capture_count(&self) -> usize {
+        self.due.len()
+    }
+
     /// From now on only what is given is done.
     pub(crate) fn push(&mut self, scene: &Scene, inputs: Vec<Input>) -> Result<(), InputError> {
         let newest = self.state.given.as_ref().and_then(VecDeque::back);

@@ -45,7 +45,7 @@ pub use {
 };
 
 pub use body::Body;
-use capture::capture_times;
+use capture::finest_spacing;
 pub use cut_state::{Cutting, StrokeEnergy};
 use error::in_body;
 pub use error::{BodyProblem, WorldError};
@@ -64,7 +64,7 @@ pub use tool::ToolForce;
 use deformable::DeformableBodies;
 use input::InputSource;
 use phyxel_integrate::{DeformableForce, DeformableState, StepControl};
-use scene::Scene;
+use scene::{Checks, Scene};
 
 /// New pieces of a cut in one body, for drawing and recording them.
 #[derive(Debug, Clone)]
@@ -149,10 +149,11 @@ impl World {
         scene: Scene,
         body: impl Fn(&Scene, &scene::Body) -> Result<Body, WorldError>,
     ) -> Result<Self, WorldError> {
-        scene.validate().map_err(|fault| WorldError::Scene {
+        let refused = |fault| WorldError::Scene {
             name: scene.name.clone(),
             fault: Box::new(fault),
-        })?;
+        };
+        scene.validate().map_err(refused)?;
         let mut phases = Phases::default();
         let bodies = phases.time(Phase::Setup, || {
             let bodies = scene.bodies.iter();
@@ -160,8 +161,14 @@ impl World {
             bodies.collect::<Result<Vec<_>, WorldError>>()
         })?;
         let deformable = phases.time(Phase::Setup, || DeformableBodies::new(&scene, &bodies))?;
-        let captures = scene.cuts.iter().map(|cut| capture_times(cut, &bodies));
-        let captures = captures.collect::<Result<_, _>>()?;
+        let mut checks = Checks::default();
+        checks.each("cuts", &scene.cuts, |checks, cut| {
+            cut.check_capture(checks, finest_spacing(cut, &bodies));
+        });
+        checks.first().map_err(refused)?;
+        let cuts = scene.cuts.iter();
+        let captures = cuts.map(|cut| cut.capture_times(finest_spacing(cut, &bodies)));
+        let captures = captures.collect();
         let mut world = Self {
             now: Standing {
                 gravity: scene.gravity.as_ref().map(|_| DVec3::ZERO),

@@ -2,13 +2,13 @@
 
 use glam::DVec3;
 use phyxel_discretize::{
-    Grading, SampleSettings, SampleTarget, SampledNodes, Solid, estimate_point_nodes,
-    estimate_tetrahedra_nodes, sample_lattice, sample_points, sample_tetrahedra,
+    Grading, SampleSettings, SampleTarget, SampledNodes, Solid, sample_lattice, sample_points,
+    sample_tetrahedra,
 };
 
 use crate::error::BodyProblem;
 use crate::memory::{NODE, ask_memory};
-use crate::scene::{self, Form};
+use crate::scene::{self, Checks, Form};
 
 /// Nodes of a body before they know each other.
 pub(crate) struct Sampled {
@@ -40,19 +40,16 @@ impl Sampled {
 
 pub(crate) fn sample(solid: &Solid, body: &scene::Body) -> Result<Sampled, BodyProblem> {
     let spec = &body.sampling;
+    let (mut checks, volume) = (Checks::default(), solid.volume().unwrap_or(0.0));
+    checks.group("sampling", |checks| spec.check_spacing(checks, volume));
+    checks.first()?;
+    ask_memory(NODE * spec.estimated_nodes(volume))?;
     let target = match spec.target {
         scene::Target::Lattice(x, y, z) => {
-            ask_memory(NODE * [x, y, z].map(f64::from).iter().product::<f64>())?;
             return Ok(Sampled::of(sample_lattice(solid.bounds(), [x, y, z])?));
         }
-        scene::Target::Spacing(spacing) => {
-            check_count(solid, spacing, body)?;
-            SampleTarget::Spacing(spacing)
-        }
-        scene::Target::Nodes(count) => {
-            ask_memory(NODE * f64::from(count))?;
-            SampleTarget::NodeCount(count as usize)
-        }
+        scene::Target::Spacing(spacing) => SampleTarget::Spacing(spacing),
+        scene::Target::Nodes(count) => SampleTarget::NodeCount(count as usize),
     };
     let settings = SampleSettings {
         target,
@@ -79,24 +76,4 @@ pub(crate) fn sample(solid: &Solid, body: &scene::Body) -> Result<Sampled, BodyP
             }
         }
     })
-}
-
-/// Refuses a spacing that would make more nodes than the limit, before memory is taken.
-fn check_count(solid: &Solid, spacing: f64, body: &scene::Body) -> Result<(), BodyProblem> {
-    let spec = &body.sampling;
-    let volume = solid.volume().unwrap_or(0.0);
-    let estimate = match spec.form {
-        Form::Tetrahedra => estimate_tetrahedra_nodes(volume, spacing),
-        Form::Points => estimate_point_nodes(volume, spacing),
-    };
-    let limit = spec.limit;
-    if estimate > f64::from(limit) {
-        return Err(BodyProblem::TooManyNodes {
-            spacing,
-            estimate,
-            limit,
-            advice: spacing * (estimate / f64::from(limit)).cbrt(),
-        });
-    }
-    Ok(ask_memory(NODE * estimate)?)
 }

@@ -184,8 +184,7 @@ impl Cut {
     }
 
     /// Longest path (m) of an edge point over the whole stroke, by chords.
-    #[must_use]
-    pub fn way(&self) -> f64 {
+    pub(crate) fn way(&self) -> f64 {
         let pairs = self.path.windows(2);
         pairs
             .map(|pair| self.travel(pair[0].time, pair[1].time))
@@ -219,11 +218,6 @@ pub enum Capture {
     /// Every time the fastest point of the edge has moved this fraction of the mean distance of neighbouring nodes, of the
     /// body that is cut whose nodes are nearest together.
     Spacing(f64),
-}
-
-impl Capture {
-    /// Most captures that a stroke may make.
-    pub const MOST: f64 = 1e5;
 }
 
 impl Default for Capture {

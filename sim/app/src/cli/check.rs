@@ -127,9 +127,7 @@ fn costs(scene: &Scene) -> Result<Costs, RunError> {
     let begun = Instant::now();
     let mut world = World::new(scene.clone())?;
     let built = begun.elapsed().as_secs_f64();
-    let captures: usize = (world.scene().cuts.iter())
-        .map(|cut| world.capture_count(cut))
-        .sum();
+    let captures = world.capture_count();
     let step = world.step_size();
     let steps = (integration.duration / step).ceil();
     let settling_steps = integration

@@ -12,8 +12,8 @@ use phyxel_scene::{EMBEDDED, Override, Syntax, TextError, place_of, read_text};
 
 use crate::picture::PictureError;
 use crate::run::RunError;
-use phyxel::WorldError;
 use phyxel::scene::{Scene, UnitGuess};
+use phyxel::{BodyProblem, WorldError};
 
 use super::CliError;
 
@@ -70,20 +70,27 @@ impl Source {
         }
     }
 
-    /// A failure of a body with the position where the body was written.
+    /// A failure with the position where what is at fault was written: a body or one of the scene's values.
     pub(super) fn locate(
         &self,
         scene: &Scene,
         overrides: &[Override],
         error: RunError,
     ) -> CliError {
-        let at_fault = |name: &String| match &error {
-            RunError::World(WorldError::Body { body, .. })
-            | RunError::Picture(PictureError::Body { body, .. }) => body == name,
-            _ => false,
+        let key = |name: &String| {
+            let index = scene.bodies.iter().position(|body| body.name == *name);
+            format!("bodies[{}]", index.unwrap_or(0))
         };
-        let index = scene.bodies.iter().position(|body| at_fault(&body.name));
-        let body = format!("bodies[{}]", index.unwrap_or(0));
+        let path = match &error {
+            RunError::World(WorldError::Scene { fault, .. }) => fault.path.clone(),
+            RunError::World(WorldError::Body {
+                body,
+                problem: BodyProblem::Scene(fault),
+            }) => format!("{}.{}", key(body), fault.path),
+            RunError::World(WorldError::Body { body, .. })
+            | RunError::Picture(PictureError::Body { body, .. }) => key(body),
+            _ => return error.into(),
+        };
         let (text, syntax, origin) = match self {
             Self::Embedded(name) => {
                 let scene = EMBEDDED.iter().find(|scene| scene.name == name);
@@ -100,10 +107,18 @@ impl Source {
                 (String::new(), Syntax::Ron, origin)
             }
         };
-        let place = place_of(&body, &text, syntax, &origin, overrides);
-        CliError::At {
-            place,
-            error: Box::new(error.into()),
+        let place = place_of(&path, &text, syntax, &origin, overrides);
+        match error {
+            RunError::World(WorldError::Scene { fault, .. }) => TextError::At {
+                place,
+                problem: fault.to_string(),
+                path,
+            }
+            .into(),
+            error => CliError::At {
+                place,
+                error: Box::new(error.into()),
+            },
         }
     }
 

@@ -1,14 +1,15 @@
 //! Bodies: shape, sampling, motion and looks.
 
 use glam::DVec3;
+use phyxel_discretize::{estimate_point_nodes, estimate_tetrahedra_nodes};
 use phyxel_elastic::BadSetting;
 
 use super::file::{UNIT, existing_file};
 use super::shapes::{refinement, region, shape};
 use super::{Checks, SCALE};
 use crate::{
-    Body, CutRule, Dilatation, Form, Inclusion, Method, RadiusRule, Shape, SurfelSettings,
-    SurfelSpacing, SurfelTarget, Target,
+    Body, CutRule, Dilatation, Form, Inclusion, Method, RadiusRule, Sampling, Shape,
+    SurfelSettings, SurfelSpacing, SurfelTarget, Target,
 };
 
 pub(super) fn body(checks: &mut Checks, body: &Body) {
@@ -62,7 +63,7 @@ fn sampling(checks: &mut Checks, body: &Body) {
             let fits = plain && body.rotation == DVec3::ZERO;
             let must = "a lattice is of a Box that is not turned, of form Tetrahedra, with coarsest 1 and nothing to refine";
             checks.require(fits, "target", &found, must);
-            let nodes: f64 = [x, y, z].into_iter().map(f64::from).product();
+            let nodes = sampling.estimated_nodes(0.0);
             let fits = x.min(y).min(z) >= 2 && nodes <= f64::from(limit);
             let must = format_args!(
                 "it must have 2 nodes or more along each axis, and {limit} at most in all; for more raise {most}"
@@ -72,18 +73,37 @@ fn sampling(checks: &mut Checks, body: &Body) {
         Target::Spacing(spacing) => {
             let such_as = " (m), such as 0.006 for an organ";
             checks.above_zero("target", "Spacing", spacing, such_as);
-            let Some(volume) = body.rough_volume() else {
-                return;
-            };
-            let nodes = volume / (spacing * spacing * spacing);
-            let wider = 1.05 * (volume / f64::from(limit)).cbrt();
-            let found = format_args!("Spacing({spacing:?})");
-            let must = format_args!(
-                "it would make about {nodes:.2e} nodes and {most} is {limit}; use \
-                 {wider:.2e} m or more, or raise the limit"
-            );
-            checks.require(nodes <= f64::from(limit), "target", found, must);
+            if let Some(volume) = body.rough_volume() {
+                sampling.check_spacing(checks, volume);
+            }
         }
+    }
+}
+
+impl Sampling {
+    /// About how many nodes it makes in a volume (m³).
+    #[must_use]
+    pub fn estimated_nodes(&self, volume: f64) -> f64 {
+        match (self.target, self.form) {
+            (Target::Nodes(count), _) => f64::from(count),
+            (Target::Lattice(x, y, z), _) => [x, y, z].map(f64::from).iter().product(),
+            (Target::Spacing(h), Form::Tetrahedra) => estimate_tetrahedra_nodes(volume, h),
+            (Target::Spacing(h), Form::Points) => estimate_point_nodes(volume, h),
+        }
+    }
+
+    /// Checks that a spacing makes no more nodes in a volume (m³) than the limit; key paths start here.
+    pub fn check_spacing(&self, checks: &mut Checks, volume: f64) {
+        let Target::Spacing(spacing) = self.target else {
+            return;
+        };
+        let (nodes, limit) = (self.estimated_nodes(volume), f64::from(self.limit));
+        let wider = 1.05 * spacing * (nodes / limit).cbrt();
+        let (found, most) = (format_args!("Spacing({spacing:?})"), checks.path("limit"));
+        let must = format_args!(
+            "it would make about {nodes:.2e} nodes and {most} is {limit}; use {wider:.2e} m or more, or raise the limit"
+        );
+        checks.require(nodes <= limit, "target", found, must);
     }
 }
 

@@ -54,26 +54,41 @@ pub(super) fn cut(checks: &mut Checks, cut: &Cut, scene: &Scene) {
     }
     keys_in_order(checks, "path", &cut.path, 2);
     let duration = scene.integration.duration;
-    let (first, last) = match cut.path.as_slice() {
-        [first, .., last] => (first.time, last.time),
-        _ => (0.0, 0.0), // too few, as has been reported
-    };
+    let last = cut.path.last().map_or(0.0, |key| key.time);
     // A scene that only settles has no time for any cut: a recording of one that was saved then.
     let fits = duration == 0.0 || last <= duration;
     let end = format_args!("path[{}].time", cut.path.len().saturating_sub(1));
     let must = format_args!("the scene ends at integration.duration, {duration} s");
     checks.require(fits, end, last, must);
-    let (name, value, such_as, count) = match cut.capture {
-        Capture::Rate(rate) => ("Rate", rate, " (1/s), such as 60", rate * (last - first)),
-        Capture::Distance(far) => ("Distance", far, " (m), such as 0.002", cut.way() / far),
-        // How many these make is known once the nodes are.
-        Capture::Spacing(share) => ("Spacing", share, ", such as 0.15", 0.0),
-    };
-    checks.above_zero("capture", name, value, such_as);
-    let (found, most) = (format_args!("{name}({value:?})"), Capture::MOST);
-    let must = format_args!("it makes {count:.2e} captures; the limit is {most:.0e}");
-    checks.require(count <= most, "capture", found, must);
+    // How many a share of the spacing makes is known once the nodes are.
+    cut.check_capture(checks, f64::INFINITY);
     checks.not_negative("weld_tolerance", cut.weld_tolerance, " (m)");
+}
+
+/// Most captures that a stroke may make.
+const MOST_CAPTURES: f64 = 1e5;
+
+impl Cut {
+    /// Checks when it is captured, and that it is not too often with nodes `spacing` (m) apart; key paths start here.
+    pub fn check_capture(&self, checks: &mut Checks, spacing: f64) {
+        let ends = self.path.first().zip(self.path.last());
+        let time = ends.map_or(0.0, |(first, last)| last.time - first.time);
+        let (name, value, such_as, count) = match self.capture {
+            Capture::Rate(rate) => ("Rate", rate, " (1/s), such as 60", rate * time),
+            Capture::Distance(far) => {
+                let count = self.way() / far;
+                ("Distance", far, " (m), such as 0.002", count)
+            }
+            Capture::Spacing(share) => {
+                let count = self.way() / (share * spacing);
+                ("Spacing", share, ", such as 0.15", count)
+            }
+        };
+        checks.above_zero("capture", name, value, such_as);
+        let (found, most) = (format_args!("{name}({value:?})"), MOST_CAPTURES);
+        let must = format_args!("it makes {count:.2e} captures; the limit is {most:.0e}");
+        checks.require(count <= most, "capture", found, must);
+    }
 }
 
 /// A body that is named must be there.
