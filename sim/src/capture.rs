@@ -5,6 +5,7 @@ use std::time::Instant;
 use crate::scene;
 use glam::DVec3;
 
+use crate::cut_state::Cutting;
 use crate::cutting::{Capture, CutUpdate};
 use crate::error::{WorldError, in_body};
 use crate::input::StrokePhase;
@@ -91,7 +92,10 @@ impl World {
             if of.is_some_and(|name| *name != body.name) {
                 continue;
             }
-            match body.capture(place, (index, weld_tolerance), edge, phase) {
+            let captured = body.with_cutting(|body, cutting| {
+                cutting.sweep((body, place), (index, weld_tolerance), edge, phase)
+            });
+            match captured {
                 Ok(capture) => captures.push(capture),
                 Err(problem) => {
                     let error = problem.of(&body.name);
@@ -117,15 +121,18 @@ impl World {
             };
             let cuts: Vec<usize> = cutting.strokes.iter().map(|stroke| stroke.cut).collect();
             for index in cuts {
-                let begun = Instant::now();
-                if !self.bodies[place].tears(index, toughness) {
+                let (begun, body) = (Instant::now(), &self.bodies[place]);
+                let tears = |cutting: &Cutting| cutting.tears(body, index, toughness);
+                if !body.cutting.as_ref().is_some_and(tears) {
                     continue;
                 }
                 self.end_stretch()?;
                 let cut = self.scene.cuts.get(index);
                 let cut = (index, cut.and_then(|cut| cut.weld_tolerance));
                 let body = &mut self.bodies[place];
-                let torn = in_body(body.tear(place, cut, toughness), &body.name)?;
+                let torn =
+                    body.with_cutting(|body, cutting| cutting.tear((body, place), cut, toughness));
+                let torn = in_body(torn, &body.name)?;
                 if let Some(capture) = torn {
                     self.apply_all(vec![capture], begun)?;
                 }

@@ -125,9 +125,9 @@ impl Cutting {
         Ok(())
     }
 
-    /// Computes how a blade's edge in the world (m) moves the front of its cut to where it is in the tissue: all of a
-    /// capture that can fail. On an error nothing has changed, and [`Body::take_back`] undoes it.
-    fn sweep(
+    /// Computes how a blade's edge in the world (m) moves the front of its cut to where it is in the tissue of a body, by
+    /// its number: all of a capture that can fail. On an error nothing has changed, and [`Body::take_back`] undoes it.
+    pub(crate) fn sweep(
         &mut self,
         body: (&Body, usize),
         cut: (usize, Option<f64>),
@@ -147,14 +147,14 @@ impl Cutting {
     }
 
     /// Whether a stroke's front is somewhere where more energy (J/m²) would be released than `toughness`.
-    fn tears(&self, body: &Body, cut: usize, toughness: f64) -> bool {
+    pub(crate) fn tears(&self, body: &Body, cut: usize, toughness: f64) -> bool {
         let tears = |front| exceeds(body, front, toughness);
         self.open_blade(cut)
             .is_some_and(|blade| blade.tears(&tears))
     }
 
     /// Computes how a stroke's cut runs ahead of its blade, as [`Cutting::sweep`] does with what a blade cuts.
-    fn tear(
+    pub(crate) fn tear(
         &mut self,
         body: (&Body, usize),
         cut: (usize, Option<f64>),
@@ -295,40 +295,7 @@ impl Body {
         cutting.map_or(1.0, |cutting| cutting.factors.factor(pair))
     }
 
-    /// Computes what a blade's edge (m) does to the body as it is, number `index` of the world: all of a capture that can
-    /// fail. On an error the body is as before.
-    pub(crate) fn capture(
-        &mut self,
-        index: usize,
-        cut: (usize, Option<f64>),
-        edge: &[DVec3],
-        phase: StrokePhase,
-    ) -> Result<Capture, BodyProblem> {
-        let captured =
-            self.with_cutting(|body, cutting| cutting.sweep((body, index), cut, edge, phase));
-        if captured.is_err() {
-            self.forget_untouched();
-        }
-        captured
-    }
-
-    /// Whether a stroke's cut runs ahead of its blade now.
-    pub(crate) fn tears(&self, cut: usize, toughness: f64) -> bool {
-        let cutting = self.cutting.as_ref();
-        cutting.is_some_and(|cutting| cutting.tears(self, cut, toughness))
-    }
-
-    /// Computes how a stroke's cut runs ahead of its blade, as [`Body::capture`] does with what a blade cuts.
-    pub(crate) fn tear(
-        &mut self,
-        index: usize,
-        cut: (usize, Option<f64>),
-        toughness: f64,
-    ) -> Result<Option<Capture>, BodyProblem> {
-        self.with_cutting(|body, cutting| cutting.tear((body, index), cut, toughness))
-    }
-
-    /// Undoes [`Body::capture`].
+    /// Undoes [`Cutting::sweep`].
     pub(crate) fn take_back(&mut self, capture: &Capture) {
         if let Some(cutting) = &mut self.cutting {
             let (vertices, triangles) = capture.before;
@@ -363,7 +330,7 @@ impl Body {
         Ok(update)
     }
 
-    /// Does again what [`Body::capture`] and [`Body::apply`] did, but for what depends on the motion.
+    /// Does again what [`Cutting::sweep`] and [`Body::apply`] did, but for what depends on the motion.
     pub(crate) fn replay(&mut self, kept: &CapturedEdge) -> Result<CutUpdate, BodyProblem> {
         self.with_cutting(|body, cutting| {
             cutting.cuts.set_weld_tolerance(0.0);
@@ -397,7 +364,7 @@ impl Body {
     }
 
     /// Works on the body with its data of cuts, which the first capture makes.
-    fn with_cutting<T>(
+    pub(crate) fn with_cutting<T>(
         &mut self,
         work: impl FnOnce(&mut Self, &mut Cutting) -> Result<T, BodyProblem>,
     ) -> Result<T, BodyProblem> {
@@ -407,6 +374,9 @@ impl Body {
         };
         let result = work(self, &mut cutting);
         self.cutting = Some(cutting);
+        if result.is_err() {
+            self.forget_untouched();
+        }
         result
     }
 }
