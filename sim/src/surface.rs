@@ -6,7 +6,7 @@ use std::borrow::Cow;
 use glam::DVec3;
 use phyxel_enrich::{Pieces, connected_pieces};
 use phyxel_integrate::ContactSurface;
-use phyxel_splat::{SurfelError, Tissue, triangle_near_box};
+use phyxel_splat::{SurfelError, Tissue, triangles_near};
 
 use crate::body::Body;
 use crate::cutting::graph_of;
@@ -48,23 +48,13 @@ impl Body {
         let Some(cutting) = &self.cutting else {
             return Ok(Vec::new());
         };
-        let (near, cuts) = (self.triangles_near(triangles), &cutting.cuts);
-        let inside = |point| self.solid.contains(point);
+        let (solid, cuts) = (&self.solid, &cutting.cuts);
+        let (bounds, distance) = (solid.bounds(), |point| solid.signed_distance(point));
+        let bounds = [bounds.min, bounds.max];
+        let near = triangles_near(triangles, bounds, 2.0 * self.spacing, distance);
+        let inside = |point| solid.contains(point);
         let change = surface.cut(&near, &inside, &|a, b| cuts.crosses(a, b))?;
         Ok(change.surfels)
-    }
-
-    /// What lies in or near the body of such triangles: a blade reaches far out of it.
-    fn triangles_near(&self, triangles: &[[DVec3; 3]]) -> Vec<[DVec3; 3]> {
-        let bounds = self.solid.bounds();
-        let near = triangles.iter().filter(|[a, b, c]| {
-            let middle = (*a + *b + *c) / 3.0;
-            let sizes = [a, b, c].map(|corner| corner.distance(middle));
-            let size = sizes.into_iter().fold(0.0, f64::max);
-            self.solid.signed_distance(middle) < size + 2.0 * self.spacing
-        });
-        near.flat_map(|triangle| triangle_near_box(*triangle, bounds.min, bounds.max))
-            .collect()
     }
 
     /// The contacts of all tools that may touch it, before it was cut.

@@ -34,7 +34,7 @@ use geometry::{
     Screen, envelope, line_of_plane, nearest_on_segment, nearest_on_triangle, wall_of_triangle,
 };
 use memory::{map_bytes, tree_bytes};
-pub use near::triangle_near_box;
+pub use near::triangles_near;
 pub use normals::estimate_normals;
 use radii::{FACE_COSINE, RadiusMap, measure_of, shape_operators, sheet_radius};
 pub use radii::{Measure, RadiusRule, covering_radii, measures};
