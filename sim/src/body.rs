@@ -17,7 +17,6 @@ use crate::model::build;
 use crate::phases::{StepTimes, timed};
 use crate::scene::{self, Scene};
 use crate::shares::{Whole, lock};
-use crate::support::supports_of;
 use crate::tool::{ToolContact, ToolSurface};
 
 /// Room above the power iteration's estimate, which comes from below.
@@ -151,7 +150,7 @@ impl Body {
         let rest = sampled.positions;
         let (volumes, masses) = (coupled.volumes, coupled.masses);
         let (mass, volume) = (masses.iter().sum(), volumes.iter().sum());
-        let supports = supports_of(scene, description, &rest, None);
+        let supports = scene.supports_of(description, &rest, None);
         elastic.set_held(&supports.fixed_nodes());
         // Stretching stiffens; the estimate is taken at rest and the step factor leaves the room.
         evaluate(&mut elastic, &rest);

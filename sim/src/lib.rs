@@ -28,7 +28,6 @@ mod shape;
 mod shares;
 mod state;
 mod stiffness;
-mod support;
 mod surface;
 mod tool;
 

@@ -10,9 +10,8 @@ use phyxel_mls::{
 };
 
 use crate::error::BodyProblem;
-use crate::scene::{self, Form, Method, Scene};
+use crate::scene::{self, Form, Method, Region, Scene};
 use crate::shape::{Sampled, sample};
-use crate::support::numbered;
 
 /// Nodes of the uncut body whose neighbours span a direction this much less than the widest get their
 /// neighbours' neighbours.
@@ -44,11 +43,11 @@ pub(crate) fn build(
     let supports = (1..).zip(&scene.supports);
     let ours = supports.filter(|(_, support)| support.acts_on(&spec.name));
     let regions = ours.map(|(number, support)| (number, &support.region));
-    let holders = numbered(regions, &sampled.positions);
+    let holders = Region::numbered(regions, &sampled.positions);
     let mut part_of = Vec::new();
     if !spec.inclusions.is_empty() {
         let regions = spec.inclusions.iter().map(|part| &part.region);
-        part_of = numbered((1..).zip(regions), &sampled.positions);
+        part_of = Region::numbered((1..).zip(regions), &sampled.positions);
     }
     let mut coupled = couple(&sampled, &holders, spec)?;
     let within = spec.inclusions.iter();

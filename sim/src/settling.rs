@@ -5,10 +5,10 @@ use std::time::Instant;
 use glam::DVec3;
 use phyxel_integrate::Motion;
 
+use crate::World;
 use crate::error::{BodyProblem, WorldError, in_body};
 use crate::phases::Phase;
 use crate::scene::Rest;
-use crate::{World, support};
 
 /// Products with the stiffness for the step where an equilibrium was found.
 const EQUILIBRIUM_PRODUCTS: usize = 16;
@@ -127,9 +127,8 @@ impl World {
         self.now.kept = None;
         self.set_damping(None)?;
         for (body, description) in self.bodies.iter_mut().zip(&self.scene.bodies) {
-            if support::is_driven(&self.scene, description) {
-                let rest = &body.rest;
-                let supports = support::supports_of(&self.scene, description, rest, Some(start));
+            if self.scene.is_driven(description) {
+                let supports = self.scene.supports_of(description, &body.rest, Some(start));
                 body.set_supports(supports);
             }
             if description.velocity != DVec3::ZERO {

@@ -12,6 +12,7 @@ mod rigid;
 mod scene;
 mod scheme;
 mod settings;
+mod support;
 #[cfg(feature = "text")]
 mod text;
 mod tool;

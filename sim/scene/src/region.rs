@@ -55,6 +55,20 @@ impl Region {
         let within = (0_u32..).zip(places).filter(|(_, x)| self.contains(**x));
         within.map(|(node, _)| node).collect()
     }
+
+    /// Which of some regions each of `places` (m) is in, by the regions' numbers: of several the last, 0 of none.
+    pub fn numbered<'a>(
+        regions: impl Iterator<Item = (u32, &'a Self)>,
+        places: &[DVec3],
+    ) -> Vec<u32> {
+        let mut numbers = vec![0; places.len()];
+        for (number, region) in regions {
+            for node in region.nodes(places) {
+                numbers[node as usize] = number;
+            }
+        }
+        numbers
+    }
 }
 
 #[cfg(test)]

@@ -3,47 +3,40 @@
 use glam::DVec3;
 use phyxel_integrate::{BoundaryConditions, Ease, Trajectory};
 
-use crate::scene::{Body, Key, Region, Scene, SupportMotion};
+use crate::{Body, Key, Scene, SupportMotion};
 
-/// Which of some regions each node is in, counted from 1, the last of several; 0 where it is in none.
-pub(crate) fn numbered<'a>(
-    regions: impl Iterator<Item = (u32, &'a Region)>,
-    rest: &[DVec3],
-) -> Vec<u32> {
-    let mut numbers = vec![0; rest.len()];
-    for (number, region) in regions {
-        for node in region.nodes(rest) {
-            numbers[node as usize] = number;
-        }
+impl Scene {
+    /// Whether supports of a body move once scene time runs.
+    #[must_use]
+    pub fn is_driven(&self, body: &Body) -> bool {
+        let mut ours = self.supports.iter().filter(|s| s.acts_on(&body.name));
+        ours.any(|support| support.motion != SupportMotion::Fixed)
     }
-    numbers
-}
 
-/// Whether supports of a body move once scene time runs.
-pub(crate) fn is_driven(scene: &Scene, body: &Body) -> bool {
-    let mut ours = scene.supports.iter().filter(|s| s.acts_on(&body.name));
-    ours.any(|support| support.motion != SupportMotion::Fixed)
-}
-
-/// A body's supports, which all hold while it settles; once scene time runs, with 0 at the motion's time `start` (s),
-/// the driven ones move.
-pub(crate) fn supports_of(
-    scene: &Scene,
-    body: &Body,
-    rest: &[DVec3],
-    start: Option<f64>,
-) -> BoundaryConditions {
-    let mut supports = BoundaryConditions::free(rest.len());
-    for support in scene.supports.iter().filter(|s| s.acts_on(&body.name)) {
-        let nodes = support.region.nodes(rest);
-        match (&support.motion, start) {
-            (SupportMotion::Driven { path }, Some(start)) => {
-                supports.drive(&nodes, [true; 3], shifted(path, start), rest);
+    /// A body's supports for its nodes at rest (m). All hold while it settles. Once scene time runs, with 0 at the motion's
+    /// time `start` (s), the driven ones move.
+    ///
+    /// # Panics
+    /// If a path's keys are not finite or in no order, which [`Scene::validate`] refuses.
+    #[must_use]
+    pub fn supports_of(
+        &self,
+        body: &Body,
+        rest: &[DVec3],
+        start: Option<f64>,
+    ) -> BoundaryConditions {
+        let mut supports = BoundaryConditions::free(rest.len());
+        for support in self.supports.iter().filter(|s| s.acts_on(&body.name)) {
+            let nodes = support.region.nodes(rest);
+            match (&support.motion, start) {
+                (SupportMotion::Driven { path }, Some(start)) => {
+                    supports.drive(&nodes, [true; 3], shifted(path, start), rest);
+                }
+                _ => nodes.into_iter().for_each(|node| supports.fix(node)),
             }
-            _ => nodes.into_iter().for_each(|node| supports.fix(node)),
         }
+        supports
     }
-    supports
 }
 
 /// A scene's path in the motion's time, which is `start` (s) at its 0.
@@ -56,7 +49,7 @@ fn shifted(path: &[Key], start: f64) -> Trajectory {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::pose_at;
+    use crate::pose_at;
 
     fn turn(time: f64, degrees: f64) -> Vec<Key> {
         let key = |time, degrees| Key {
