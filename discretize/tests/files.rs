@@ -10,50 +10,12 @@ use testkit::broken::broken;
 use testkit::cloud::Random;
 use testkit::tol::assert_relative;
 
-const TETRAHEDRON: [[f64; 3]; 4] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-
 /// The bytes of a number, given little-endian, in either order.
 fn ordered<const N: usize>(big: bool, mut little: [u8; N]) -> [u8; N] {
     if big {
         little.reverse();
     }
     little
-}
-
-fn msh2_binary(big: bool) -> Vec<u8> {
-    let int = |v: i32| ordered(big, v.to_le_bytes());
-    let mut out = b"$MeshFormat\n2.2 1 8\n".to_vec();
-    out.extend(int(1));
-    out.extend(b"\n$EndMeshFormat\n$Nodes\n4\n");
-    for (k, p) in (10..).zip(TETRAHEDRON) {
-        out.extend(int(k));
-        out.extend(p.iter().flat_map(|x| ordered(big, x.to_le_bytes())));
-    }
-    out.extend(b"\n$EndNodes\n$Elements\n2\n");
-    // A line (type 1) of two tags, then a tetrahedron.
-    for v in [1, 1, 2, 7, 0, 1, 10, 11, 4, 1, 2, 8, 0, 1, 10, 11, 12, 13] {
-        out.extend(int(v));
-    }
-    out.extend(b"\n$EndElements\n");
-    out
-}
-
-fn msh4_binary() -> Vec<u8> {
-    let mut out = b"$MeshFormat\n4.1 1 8\n".to_vec();
-    out.extend(1_i32.to_le_bytes());
-    out.extend(b"\n$EndMeshFormat\n$Nodes\n");
-    let ints = |out: &mut Vec<u8>, v: &[i32]| v.iter().for_each(|v| out.extend(v.to_le_bytes()));
-    let longs = |out: &mut Vec<u8>, v: &[u64]| v.iter().for_each(|v| out.extend(v.to_le_bytes()));
-    longs(&mut out, &[1, 4, 1, 4]);
-    ints(&mut out, &[3, 1, 0]);
-    longs(&mut out, &[4, 1, 2, 3, 4]);
-    out.extend(TETRAHEDRON.iter().flatten().flat_map(|x| x.to_le_bytes()));
-    out.extend(b"\n$EndNodes\n$Elements\n");
-    longs(&mut out, &[1, 1, 1, 1]);
-    ints(&mut out, &[3, 1, 4]);
-    longs(&mut out, &[1, 1, 1, 2, 3, 4]);
-    out.extend(b"\n$EndElements\n");
-    out
 }
 
 fn base64(bytes: &[u8]) -> String {
@@ -194,9 +156,6 @@ fn specimens() -> Vec<(&'static str, Vec<u8>)> {
         ("vtp base64", in_base64(vtp)),
         ("vtp zlib", in_zlib(vtp)),
         ("vtp raw", in_raw_bytes(vtp)),
-        ("msh2 binary", msh2_binary(false)),
-        ("msh2 binary big", msh2_binary(true)),
-        ("msh4 binary", msh4_binary()),
     ]);
     all
 }
@@ -238,18 +197,6 @@ fn every_format_gives_the_same_cube() {
                 assert_eq!(read.mesh, file.mesh, "{name}");
             }
         }
-    }
-}
-
-/// The byte order is that of the file, however often it is given.
-#[test]
-fn a_second_header_changes_nothing() {
-    for big in [false, true] {
-        let file = msh2_binary(big);
-        let ends = b"$EndMeshFormat\n";
-        let end = file.windows(ends.len()).position(|w| w == ends).unwrap() + ends.len();
-        let twice = [&file[..end], &file[..]].concat();
-        assert_eq!(parse_mesh(&twice), parse_mesh(&file), "{big}");
     }
 }
 

@@ -43,7 +43,7 @@ pub enum Format {
     Vtk,
     /// VTK XML (ascii, base64 or raw, plain or zlib): polydata or unstructured grid.
     VtkXml,
-    /// Gmsh MSH 1 as text, 2.2 or 4.1 as text or binary.
+    /// Gmsh MSH 1, 2.2 or 4.1 as text.
     Gmsh,
 }
 

@@ -183,13 +183,6 @@ impl<'a> Text<'a> {
         Err(self.truncated(expected))
     }
 
-    /// Skips what is left of the present line: the end of a word is known, a block of bytes follows.
-    pub(super) fn end_line(&mut self) {
-        let ends = line_end(self.rest());
-        self.skip(ends);
-        self.line += ends.min(1);
-    }
-
     /// The next word, over line ends; `None` at the end.
     pub(super) fn word(&mut self) -> Option<&'a [u8]> {
         while let Some(&byte) = self.bytes.get(self.at) {
