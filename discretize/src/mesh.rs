@@ -22,10 +22,10 @@ pub use read::{
     Format, MeshFile, ReadError, ReadErrorKind, TextPlace, parse_mesh, read_mesh, read_point_cloud,
 };
 pub use repair::{MeshReport, RepairSettings, repair};
-pub(crate) use sums::rows;
 pub use sums::{
     boundary_triangles, nodal_boundary_vectors, nodal_volumes, tetrahedra_edges, tetrahedron_volume,
 };
+pub(crate) use sums::{fit_boundary, rows};
 use topology::{SortedSides, boundary_loops, orient};
 pub(crate) use union_find::Groups;
 pub use write::{Field, ply_mesh, ply_surfels, vtk_points, vtk_tetrahedra};

@@ -10,5 +10,6 @@ mod odd_meshes;
 mod points;
 mod real_meshes;
 mod repairs;
+mod slivers;
 mod sums;
 mod turned;

@@ -2,7 +2,9 @@
 
 use glam::DVec3;
 
-use crate::mesh::{boundary_triangles, nodal_boundary_vectors, nodal_volumes, tetrahedra_edges};
+use crate::mesh::{
+    boundary_triangles, fit_boundary, nodal_boundary_vectors, nodal_volumes, tetrahedra_edges,
+};
 
 /// The part of a body that can deform, where a support holds whole tetrahedra: those do not, and the strain of a
 /// node on their face is that of its other side. Taken for both sides it would be half of that, as if the
@@ -10,7 +12,7 @@ use crate::mesh::{boundary_triangles, nodal_boundary_vectors, nodal_volumes, tet
 /// 16 % too far then.
 #[derive(Debug, Clone)]
 pub struct DeformingPart {
-    /// Volumes (m³) of the tetrahedra that can deform, shape `(n)`; the volume of other nodes is that of all.
+    /// Volumes (m³) by the tetrahedra that can deform, shape `(n)`: that part of a node's volume. The volume of other nodes is all of it.
     pub volumes: Vec<f64>,
     /// Their boundary vectors (m²), shape `(n)`.
     pub boundary_vectors: Vec<DVec3>,
@@ -47,6 +49,12 @@ impl DeformingPart {
             boundary_vectors: nodal_boundary_vectors(rest, &boundary_triangles(&free, |_| true)),
             edges: tetrahedra_edges(rest.len(), &free),
         };
+        // Nodes near the surface may have more than their tetrahedra give.
+        let whole = nodal_volumes(rest, tetrahedra);
+        for ((own, all), whole) in part.volumes.iter_mut().zip(volumes).zip(whole) {
+            *own *= all / whole;
+        }
+        fit_boundary(rest, &free, &part.volumes, &mut part.boundary_vectors);
         for node in part.inert() {
             part.volumes[node as usize] = volumes[node as usize];
         }
@@ -122,5 +130,25 @@ mod tests {
         assert_eq!(kept(supports), [false, false, true, true, true]);
         // No edge joins 1 and 5.
         assert_eq!(kept([1; 6]), [false, false, true, false, true]);
+    }
+
+    /// Nodes with half as much again keep that in what deforms, and its boundary vectors hold as much.
+    #[test]
+    fn volume_beyond_tetrahedra_deforms_with_them() {
+        let rest = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z, DVec3::ONE];
+        let tetrahedra = [[0, 1, 2, 3], [1, 2, 3, 4]];
+        let mut volumes = nodal_volumes(&rest, &tetrahedra);
+        volumes[1] *= 1.5;
+        volumes[4] *= 1.5;
+        let part = DeformingPart::new(&rest, &tetrahedra, &volumes, &[1, 1, 1, 1, 0]).unwrap();
+        let quarter = 1.0 / 12.0;
+        let expected = [volumes[0], 1.5 * quarter, quarter, quarter, 1.5 * quarter];
+        let mut moments = DVec3::ZERO;
+        for i in 0..5 {
+            assert!((part.volumes[i] - expected[i]).abs() < 1e-15, "{i}");
+            moments += part.boundary_vectors[i] * rest[i];
+        }
+        let off = (moments - 5.0 * quarter).abs().max_element();
+        assert!(off < 1e-15, "{moments} m³");
     }
 }

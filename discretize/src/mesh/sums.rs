@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::mesh::{area_vector, index};
+use crate::mesh::{Groups, area_vector, index};
 
 /// Signed volume of a tetrahedron, positive if d lies where the right-hand thumb of a, b, c points.
 #[must_use]
@@ -42,6 +42,36 @@ pub fn nodal_boundary_vectors(positions: &[DVec3], triangles: &[[u32; 3]]) -> Ve
         }
     }
     vectors
+}
+
+/// Gives the boundary vectors of pieces of tetrahedra, joined through nodes, the volumes that their nodes have in place of
+/// [`nodal_volumes`], so that `sum b_i (x) X_i = (sum V_i) I` in each; how many pieces there are.
+pub(crate) fn fit_boundary(
+    positions: &[DVec3],
+    tetrahedra: &[[u32; 4]],
+    volumes: &[f64],
+    vectors: &mut [DVec3],
+) -> usize {
+    let mut pieces = Groups::new(positions.len());
+    for t in tetrahedra {
+        for &other in &t[1..] {
+            pieces.join(t[0], other);
+        }
+    }
+    let (piece_of, count) = pieces.numbers(0..index(positions.len()));
+    let mut sums = vec![(0.0, 0.0); count];
+    let own = nodal_volumes(positions, tetrahedra);
+    for ((piece, volume), own) in piece_of.iter().zip(volumes).zip(own) {
+        let sums = &mut sums[*piece as usize];
+        *sums = (sums.0 + volume, sums.1 + own);
+    }
+    for (vector, piece) in vectors.iter_mut().zip(piece_of) {
+        let (now, own) = sums[piece as usize];
+        if own > 0.0 {
+            *vector *= now / own;
+        }
+    }
+    count
 }
 
 /// Faces of positive tetrahedra that only one of them has, outward, sorted by their corners.

@@ -20,32 +20,54 @@ const LARGEST: f64 = 0.134;
 /// If a corner is not there.
 #[must_use]
 pub fn edge_bulges(solid: &Solid, positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<[f64; 3]> {
-    let sides = |[a, b, c]: &[u32; 3]| [(*a, *b), (*b, *c), (*c, *a)];
-    let ends = |(a, b): (u32, u32)| [a, b].map(|node| positions[node as usize]);
-    let mut edges: Vec<(u32, u32)> = triangles.iter().flat_map(sides).collect();
-    edges
-        .iter_mut()
-        .for_each(|(a, b)| (*a, *b) = ((*a).min(*b), (*a).max(*b)));
-    edges.sort_unstable();
-    edges.dedup();
-    let off = |&edge: &(u32, u32)| {
-        let [a, b] = ends(edge);
-        let middle = a.midpoint(b);
-        solid.project(middle) - middle
-    };
-    let offs: Vec<DVec3> = edges.par_iter().map(off).collect();
+    let middles = Middles::new(solid, positions, triangles);
     let bulges = |triangle: &[u32; 3]| {
         let [a, b, c] = triangle.map(|node| positions[node as usize]);
         let normal = (b - a).cross(c - a).normalize_or_zero();
-        sides(triangle).map(|(a, b)| {
-            let edge = edges.binary_search(&(a.min(b), a.max(b)));
-            let off = edge.map_or(DVec3::ZERO, |edge| offs[edge]);
-            let [x, y] = ends((a, b));
-            let is_bulge = off.length() <= LARGEST * x.distance(y);
-            if is_bulge { off.dot(normal) } else { 0.0 }
+        let lengths = [a.distance(b), b.distance(c), c.distance(a)];
+        let offs = middles.of(*triangle);
+        [0, 1, 2].map(|side| {
+            let is_bulge = offs[side].length() <= LARGEST * lengths[side];
+            if is_bulge {
+                offs[side].dot(normal)
+            } else {
+                0.0
+            }
         })
     };
     triangles.iter().map(bulges).collect()
+}
+
+fn sides([a, b, c]: [u32; 3]) -> [(u32, u32); 3] {
+    [(a, b), (b, c), (c, a)].map(|(a, b)| (a.min(b), a.max(b)))
+}
+
+/// The ways from the middles of triangles' edges to the surface.
+pub(crate) struct Middles {
+    edges: Vec<(u32, u32)>,
+    offs: Vec<DVec3>,
+}
+
+impl Middles {
+    pub(crate) fn new(solid: &Solid, positions: &[DVec3], triangles: &[[u32; 3]]) -> Self {
+        let mut edges: Vec<(u32, u32)> = triangles.iter().flat_map(|t| sides(*t)).collect();
+        edges.sort_unstable();
+        edges.dedup();
+        let off = |&(a, b): &(u32, u32)| {
+            let middle = positions[a as usize].midpoint(positions[b as usize]);
+            solid.project(middle) - middle
+        };
+        let offs = edges.par_iter().map(off).collect();
+        Self { edges, offs }
+    }
+
+    /// Those (m) of the edges ab, bc and ca of one of the triangles.
+    pub(crate) fn of(&self, triangle: [u32; 3]) -> [DVec3; 3] {
+        sides(triangle).map(|edge| {
+            let found = self.edges.binary_search(&edge);
+            found.map_or(DVec3::ZERO, |edge| self.offs[edge])
+        })
+    }
 }
 
 #[cfg(test)]

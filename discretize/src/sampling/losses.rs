@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::mesh::{Bounds, Groups, Hierarchy, Mesh};
+use crate::mesh::{Bounds, Hierarchy, Mesh};
 use crate::sampling::{SampleError, Solid, nodes_at};
 
 /// Counts cavities that no edge met; an outward part that no edge met is an error.
@@ -59,18 +59,6 @@ fn is_buried(solid: &Solid, part: &Mesh) -> bool {
     let step = 1e-3 * part.bounds().diagonal();
     let middle = (first[0] + first[1] + first[2]) / 3.0;
     solid.contains(middle + step * normal)
-}
-
-/// Pieces of tetrahedra connected through nodes.
-pub(crate) fn count_pieces(nodes: usize, tetrahedra: &[[u32; 4]]) -> usize {
-    let mut pieces = Groups::new(nodes);
-    let mut count = nodes;
-    for t in tetrahedra {
-        for &other in &t[1..] {
-            count -= usize::from(pieces.join(t[0], other));
-        }
-    }
-    count
 }
 
 /// Fraction of the input's vertices farther than `spacing` from the sampled surface.

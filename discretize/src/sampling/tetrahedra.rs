@@ -5,12 +5,12 @@ use std::fmt;
 use glam::DVec3;
 
 use crate::mesh::{
-    Field, Mesh, boundary_triangles, index, nodal_boundary_vectors, nodal_volumes,
+    Field, Mesh, boundary_triangles, fit_boundary, index, nodal_boundary_vectors, nodal_volumes,
     tetrahedra_edges, vtk_tetrahedra,
 };
 use crate::sampling::{
     Filler, Frame, Grading, MEAN_EDGE, NodeOrder, SampleError, SampleSettings, SampleTarget, Solid,
-    Stuffed, TetrahedraQuality, check_parts, count_pieces, layered_order, missed_share,
+    Stuffed, TetrahedraQuality, add_slivers, check_parts, layered_order, missed_share,
     space_filling_order, tetrahedra_quality,
 };
 
@@ -26,7 +26,7 @@ const LAYERED_FROM: usize = 20_000;
 pub struct SampledNodes {
     /// Rest positions (m), shape `(n)`.
     pub positions: Vec<DVec3>,
-    /// Nodal volumes (m³), positive, sum = volume of the tetrahedra.
+    /// Nodal volumes (m³), positive, sum = [`SamplingReport::volume`].
     pub volumes: Vec<f64>,
     /// Nodal boundary vectors (m²), outward, sum 0, zero inside.
     pub boundary_vectors: Vec<DVec3>,
@@ -52,7 +52,7 @@ pub struct SamplingReport {
     pub tetrahedra: usize,
     /// Shape and size of the tetrahedra.
     pub quality: TetrahedraQuality,
-    /// Volume of the tetrahedra (m³): what the nodal volumes sum to.
+    /// What the nodal volumes sum to (m³): the mesh's volume but for lost parts, or that of the tetrahedra.
     pub volume: f64,
     /// `(volume - V) / V` against the body's volume V ([`Solid::volume`]); `None` where a function alone gives the body.
     pub volume_error: Option<f64>,
@@ -207,14 +207,17 @@ pub(crate) fn finish(
     }
     tetrahedra.sort_unstable_by_key(|t| t.iter().copied().min());
     let surface_triangles = boundary_triangles(&tetrahedra, |v| on_surface[v as usize]);
-    let volumes = nodal_volumes(&positions, &tetrahedra);
-    let boundary_vectors = nodal_boundary_vectors(&positions, &surface_triangles);
+    let mut volumes = nodal_volumes(&positions, &tetrahedra);
+    let mut boundary_vectors = nodal_boundary_vectors(&positions, &surface_triangles);
     let quality = tetrahedra_quality(&positions, &tetrahedra);
-    let volume: f64 = volumes.iter().sum();
     let surface = Mesh {
         vertices: positions,
         triangles: surface_triangles,
     };
+    add_slivers(solid, &surface, &mut volumes);
+    let nodes = &surface.vertices;
+    let pieces = fit_boundary(nodes, &tetrahedra, &volumes, &mut boundary_vectors);
+    let volume: f64 = volumes.iter().sum();
     let report = SamplingReport {
         nodes: surface.vertices.len(),
         surface_nodes: on_surface.iter().filter(|s| **s).count(),
@@ -223,7 +226,7 @@ pub(crate) fn finish(
         volume,
         volume_error: solid.volume().map(|v| (volume - v) / v),
         area: surface.area(),
-        pieces: count_pieces(surface.vertices.len(), &tetrahedra),
+        pieces,
         input_parts: solid.parts().1,
         lost_cavities,
         missed: solid.mesh().map_or(0.0, |input| {
