@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec3};
 use phyxel::elastic_stencils;
 use phyxel_discretize::{
-    boundary_triangles, lattice_tetrahedra, nodal_boundary_vectors, nodal_volumes,
+    SampledNodes, boundary_triangles, lattice_tetrahedra, nodal_boundary_vectors, nodal_volumes,
     space_filling_order, tetrahedra_edges,
 };
 use phyxel_elastic::{Elastic, Material, Materials, Nodes, Settings};
@@ -68,6 +68,23 @@ impl Block {
         let volumes = nodal_volumes(&rest, &tetrahedra);
         let triangles = boundary_triangles(&tetrahedra, |_| true);
         let boundary = nodal_boundary_vectors(&rest, &triangles);
+        Self::with(rest, tetrahedra, triangles, volumes, boundary)
+    }
+
+    /// A body as it is sampled in scenes.
+    pub fn sampled(found: SampledNodes) -> Result<Self, StudyError> {
+        let (rest, tetrahedra) = (found.positions, found.tetrahedra);
+        let (volumes, boundary) = (found.volumes, found.boundary_vectors);
+        Self::with(rest, tetrahedra, found.surface_triangles, volumes, boundary)
+    }
+
+    fn with(
+        rest: Vec<DVec3>,
+        tetrahedra: Vec<[u32; 4]>,
+        triangles: Vec<[u32; 3]>,
+        volumes: Vec<f64>,
+        boundary: Vec<DVec3>,
+    ) -> Result<Self, StudyError> {
         let (offsets, indices) = tetrahedra_edges(rest.len(), &tetrahedra);
         let graph = Neighborhoods::from_graph(offsets, indices)?;
         let stencils = conservative(&rest, &volumes, &boundary, &graph)?;

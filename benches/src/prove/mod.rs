@@ -58,7 +58,7 @@ pub const CLAIMS: &[Claim] = claims! {
     "griffith" scenes::griffith, "a cut releases the energy release rate, and no update adds energy";
     "indentation" indentation::indentation, "forces of a pressed sphere are those of finite elements";
     "hertz-quarter" indentation::hertz_quarter, "a large block gives the force and pressure of Hertz";
-    "cantilever" bending::cantilever, "tip deflection of beams, small strain, three Poisson ratios";
+    "cantilever" bending::cantilever, "tip deflection of beams, small strain, three Poisson ratios; bending of turned meshes";
     "large-deformation" elastic::large_deformation, "a manufactured large deformation converges";
     "energy" dynamics::energy, "a bending beam keeps its energy over 1e5 steps";
     "crack" studies::crack, "the study crack: the default is nearest to the handbook";
