@@ -63,17 +63,17 @@ impl Body {
         scene: &Scene,
         description: &scene::Body,
     ) -> Result<Vec<ToolContact>, BodyProblem> {
+        let (modulus, spacing) = (description.material.youngs_modulus, self.spacing);
         let tools = scene.tools.iter().enumerate();
+        let ours = |tool: &scene::Tool| tool.body.as_ref().is_none_or(|name| *name == self.name);
         tools
-            .filter(|(_, tool)| tool.body.as_ref().is_none_or(|name| *name == self.name))
+            .filter(|(_, tool)| ours(tool))
             .map(|(index, tool)| {
-                let stiffness = (description.material.youngs_modulus, self.spacing);
-                Ok(ToolContact::new(
-                    index,
-                    tool,
-                    self.contact_surface()?,
-                    stiffness,
-                ))
+                Ok(ToolContact {
+                    tool: index,
+                    rigid: tool.standing(self.contact_surface()?, modulus, spacing),
+                    torn: 0,
+                })
             })
             .collect()
     }

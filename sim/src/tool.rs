@@ -2,11 +2,11 @@
 
 use glam::DVec3;
 use phyxel_discretize::{Solid, boundary_triangles, edge_bulges, nodal_surface_areas};
-use phyxel_integrate::{Contact, ContactSettings, ContactSurface, Pose, RigidTool, penalty};
+use phyxel_integrate::{Pose, RigidTool};
 use serde::{Deserialize, Serialize};
 
 use crate::error::BodyProblem;
-use crate::scene::{self, Scene};
+use crate::scene::Scene;
 use crate::shape::Sampled;
 
 /// The contact of one tool with one body.
@@ -42,29 +42,6 @@ impl ToolContact {
     /// Whether it can be one of a body of so many nodes instead of another.
     pub(crate) fn is_sound(&self, node_count: usize, built: &Self) -> bool {
         self.tool == built.tool && self.rigid.is_sound(node_count)
-    }
-
-    /// The contact of a tool at its first key with the surface of an uncut body of a modulus (Pa), its nodes `spacing` (m)
-    /// apart.
-    pub(crate) fn new(
-        tool: usize,
-        description: &scene::Tool,
-        surface: ContactSurface,
-        (youngs_modulus, spacing): (f64, f64),
-    ) -> Self {
-        let stiffness = description
-            .penalty
-            .unwrap_or_else(|| penalty(youngs_modulus, spacing));
-        let settings = ContactSettings {
-            friction: description.friction,
-            ..ContactSettings::new(stiffness)
-        };
-        let (shape, pose) = (description.solid(), description.pose_at(0.0));
-        Self {
-            tool,
-            rigid: RigidTool::standing(shape, pose, Contact::new(surface, settings)),
-            torn: 0,
-        }
     }
 
     /// Adds this body's share of the forces; where the tool is, if it goes its own way.

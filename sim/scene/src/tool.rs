@@ -1,7 +1,9 @@
 //! Rigid tools: their path through the world, and how they touch.
 
 use glam::DVec3;
-use phyxel_integrate::{Pose, RigidShape as ToolShape};
+use phyxel_integrate::{
+    Contact, ContactSettings, ContactSurface, Pose, RigidShape as ToolShape, RigidTool, penalty,
+};
 use serde::{Deserialize, Serialize};
 
 use super::path::{Key, one, pose_at};
@@ -76,6 +78,23 @@ impl Tool {
         let mut pose = pose_at(&self.path, time);
         pose.position += self.position;
         pose
+    }
+
+    /// The tool at its first key, in contact with the surface of a body of a modulus (Pa) whose nodes are `spacing` (m) apart.
+    #[must_use]
+    pub fn standing(
+        &self,
+        surface: ContactSurface,
+        youngs_modulus: f64,
+        spacing: f64,
+    ) -> RigidTool {
+        let usual = || penalty(youngs_modulus, spacing);
+        let settings = ContactSettings {
+            friction: self.friction,
+            ..ContactSettings::new(self.penalty.unwrap_or_else(usual))
+        };
+        let contact = Contact::new(surface, settings);
+        RigidTool::standing(self.solid(), self.pose_at(0.0), contact)
     }
 
     fn default_name() -> String {
