@@ -272,11 +272,13 @@ impl Body {
 
     /// Takes one step (s), where the shares of the body are if it has any, with the tools that may touch it and what else
     /// acts on it.
-    pub(crate) fn advance(
+    pub(crate) fn step(
         &mut self,
         step: f64,
         mut others: Option<&mut Applied<'_>>,
     ) -> Result<(), BodyProblem> {
+        self.times = StepTimes::default();
+        let decay = self.decay(step)?;
         let critical = self.is_explicit().then(|| self.current_critical_step());
         let shares = self.shares()?;
         let (elastic, motion) = self.whole.begin_step();
@@ -297,7 +299,7 @@ impl Body {
                 grip.pull(view, forces);
             }
             if let Some(others) = &mut others {
-                timed(&mut times.others, || others(view, forces));
+                others(view, forces);
             }
         };
         if let Some((solver, _)) = &mut self.implicit {
@@ -324,6 +326,9 @@ impl Body {
             elastic.end_viscous_step();
             elastic.begin_viscous_step(0.0);
         });
+        if let Some(half) = decay {
+            self.book_decay(half);
+        }
         Ok(())
     }
 

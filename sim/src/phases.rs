@@ -68,14 +68,6 @@ impl Phases {
         spent.calls += 1;
     }
 
-    /// Adds the times of others.
-    pub(crate) fn join(&mut self, others: &Self) {
-        for (spent, more) in self.spent.iter_mut().zip(&others.spent) {
-            spent.seconds += more.seconds;
-            spent.calls += more.calls;
-        }
-    }
-
     /// Time spent in a phase so far.
     #[must_use]
     pub fn of(&self, phase: Phase) -> Spent {
@@ -89,8 +81,6 @@ pub(crate) struct StepTimes {
     pub(crate) forces: Duration,
     /// Contact with tools.
     pub(crate) tools: Duration,
-    /// The steps of the bodies that it touches, and their contact.
-    pub(crate) others: Duration,
 }
 
 /// Does some work and adds its time to a sum.
