@@ -1,10 +1,10 @@
 //! Nodes of meshes have the volume that tetrahedra leave between them and the surface.
 
-use crate::common::{ball, check_sums, cube, join};
+use crate::common::{ball, check_sums, cube, join, sample, shapes};
 use glam::{DMat3, DVec3};
 use phyxel_discretize::{
-    Mesh, SampleSettings, SampledNodes, Solid, nodal_volumes, sample_tetrahedra, surface_mesh,
-    tetrahedron_volume,
+    Mesh, SampleSettings, SampledNodes, Solid, nodal_boundary_vectors, nodal_volumes,
+    sample_tetrahedra, surface_mesh, tetrahedron_volume,
 };
 use proptest::prelude::*;
 use testkit::strategies::rotation;
@@ -51,6 +51,18 @@ proptest! {
         let ratio = moments / (size * size * volume / 12.0);
         let off = (ratio - 1.0).abs().max_element();
         assert_below("second moments", off, 0.01);
+    }
+}
+
+/// Bitwise.
+#[test]
+fn shapes_without_a_mesh_have_what_their_tetrahedra_have() {
+    for shape in shapes() {
+        let found = sample(&shape.into(), 500).unwrap();
+        let (x, volumes) = (&found.positions, &found.volumes);
+        assert_eq!(*volumes, nodal_volumes(x, &found.tetrahedra), "{shape:?}");
+        let own = nodal_boundary_vectors(x, &found.surface_triangles);
+        assert_eq!(found.boundary_vectors, own, "{shape:?}");
     }
 }
 
