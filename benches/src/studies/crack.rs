@@ -48,7 +48,7 @@ pub(crate) fn run(effort: Effort) -> Result<Report, StudyError> {
     {
         let mut runs = Vec::new();
         for &place in places {
-            runs.extend(edge_crack(cells, 0.0, place, form)?);
+            runs.extend(edge_crack(cells, 0.0, place, 0.0, form)?);
         }
         rows.push(entries(form, cells, &runs));
     }

@@ -51,9 +51,10 @@ impl Plate {
         })
     }
 
-    /// Whether a point is in the box.
+    /// Whether a point is in the box, asked as scenes ask: paths bend in its faces, where the last bit would decide.
     pub fn inside(&self, p: DVec3) -> bool {
-        p.cmpge(self.low).all() && p.cmple(self.high).all()
+        let round_off = DVec3::splat(1e-9 * (self.high - self.low).max_element());
+        p.cmpge(self.low - round_off).all() && p.cmple(self.high + round_off).all()
     }
 
     /// Its nodes and pairs, as factors read them.

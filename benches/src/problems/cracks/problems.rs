@@ -25,16 +25,9 @@ pub struct Ratios {
 /// Held in the plane.
 const IN_PLANE: DVec3 = DVec3::new(1.0, 1.0, 0.0);
 
-/// A slab of one cell, held in its plane: plane strain.
-fn slab(cells: [u32; 2], low: [f64; 2], high: [f64; 2], jitter: f64) -> Result<Plate, StudyError> {
-    let dx = (high[0] - low[0]) / f64::from(cells[0]);
-    Plate::new(
-        [cells[0], cells[1], 1],
-        DVec3::new(low[0], low[1], 0.0),
-        DVec3::new(high[0], high[1], dx),
-        jitter,
-    )
-}
+/// Cells across a slab: nodes lie within it, as in what is cut. Crack tips between nodes in faces alone are stiffer: of 1, 2, 3
+/// and 4 cells `K_I` at 8 spacings is 0.971, 0.976, 0.979 and 0.981, which is 0.987 less 0.016 times the fraction of nodes in faces.
+const ACROSS: u32 = 2;
 
 /// An upright cut along a line of the plane, in pieces of about a spacing, and its captures.
 pub fn upright(
@@ -65,27 +58,33 @@ pub fn add_stroke<B: AsRef<[DVec3]>>(cuts: &mut Cuts, blades: &[B]) -> Result<()
     Ok(cuts.end(stroke)?)
 }
 
-/// Edge crack in a strip under tension, W 1, H 3 (Tada, Paris, Irwin: F and V of a single edge notch):
-/// `K_I` and mouth opening. `shift` moves the tip and the cut's line by fractions of a spacing. `None` if
-/// the form refuses.
+/// Edge crack in a strip under tension, W 1, H 3, held in its plane (Tada, Paris, Irwin: F and V of a single edge notch):
+/// `K_I` and mouth opening. `shift` moves the tip and the cut's line by fractions of a spacing. The strip lies at `z` (m) across
+/// its plane, on which nothing depends. `None` if the form refuses.
 pub fn edge_crack(
     cells: u32,
     jitter: f64,
     shift: [f64; 2],
+    z: f64,
     form: Form,
 ) -> Result<Option<Ratios>, StudyError> {
-    let body = slab([cells, 3 * cells], [0.0, 0.0], [1.0, 3.0], jitter)?;
-    let dx = body.spacing;
+    let dx = f64::from(cells).recip();
+    let half = 0.5 * f64::from(ACROSS) * dx;
+    let [low, high] = [
+        DVec3::new(0.0, 0.0, z - half),
+        DVec3::new(1.0, 3.0, z + half),
+    ];
+    let body = Plate::new([cells, 3 * cells, ACROSS], low, high, jitter)?;
     let (a, y) = (0.4 + shift[0] * dx, 1.5 + shift[1] * dx);
-    let tip = DVec3::new(a, y, 0.5 * dx);
-    let (cuts, blades) = upright(&body, DVec3::new(-2.0 * dx, y, 0.5 * dx), tip)?;
+    let tip = DVec3::new(a, y, z);
+    let (cuts, blades) = upright(&body, DVec3::new(-2.0 * dx, y, z), tip)?;
     let Some(cut) = CutBody::new(&body, &cuts, &blades, form)? else {
         return Ok(None);
     };
     let u = cut.solve(&body.tension(DVec3::Y), IN_PLANE)?;
     let gradients = cut.gradients(&u);
     let k = stress_intensities(&cut, &gradients, tip, DVec3::X, 6.0_f64.min(0.3 / dx) * dx);
-    let at = DVec3::new(0.0, y, 0.5 * dx);
+    let at = DVec3::new(0.0, y, z);
     let mouth = cut.opening(&cuts, &u, &gradients, at, DVec3::Y);
     Ok(Some(Ratios {
         first: k[0] / edge_intensity(a),
