@@ -47,15 +47,20 @@ pub enum CutRule {
 }
 
 impl CutRule {
+    /// Twice the mean length of a node's pairs was found best for edges of tetrahedra and of triangles (1.8 and 2.2 move
+    /// the opening of an edge crack by about 1 %).
+    pub(crate) const INFLUENCE_RADIUS: f64 = 2.0;
+
+    #[cfg(feature = "serde")]
     const fn default_influence_radius() -> f64 {
-        2.0
+        Self::INFLUENCE_RADIUS
     }
 }
 
 impl Default for CutRule {
     fn default() -> Self {
         Self::Diffraction {
-            influence_radius: Self::default_influence_radius(),
+            influence_radius: Self::INFLUENCE_RADIUS,
         }
     }
 }

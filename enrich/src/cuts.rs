@@ -5,10 +5,12 @@ use std::ops::{ControlFlow, Range};
 use glam::DVec3;
 
 use crate::bounds::Bounds;
+use crate::cut_rule::CutRule;
 use crate::edges::Edges;
 use crate::error::CutError;
 use crate::face::nearest_on_triangle;
 use crate::forest::Forest;
+use crate::front::SKIN;
 use crate::index32;
 use crate::polyline::span;
 use crate::predicate::{normal_signs, segment_crosses_triangle};
@@ -30,8 +32,8 @@ impl CutSettings {
     #[must_use]
     pub fn for_spacing(spacing: f64) -> Self {
         Self {
-            weld_tolerance: 0.1 * spacing,
-            influence_radius: 2.0 * spacing,
+            weld_tolerance: SKIN * spacing,
+            influence_radius: CutRule::INFLUENCE_RADIUS * spacing,
         }
     }
 

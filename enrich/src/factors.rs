@@ -7,6 +7,7 @@ use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 use crate::bounds::Bounds;
+use crate::cut_rule::CutRule;
 use crate::cuts::Cuts;
 use crate::graph::{Graph, InfluenceRadius};
 use crate::index32;
@@ -16,8 +17,7 @@ use crate::rule::Rule;
 /// How far nodes are coupled, and by what rule a cut weakens a pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FactorSettings {
-    /// How far a node is coupled. Twice the mean length of a node's pairs was found best for edges of
-    /// tetrahedra and of triangles (1.8 and 2.2 move the opening of an edge crack by about 1 %).
+    /// How far a node is coupled.
     pub influence_radius: InfluenceRadius,
     /// The rule.
     pub rule: Rule,
@@ -27,7 +27,7 @@ impl Default for FactorSettings {
     /// Influence radius of twice the mean length of a node's pairs, diffraction.
     fn default() -> Self {
         Self {
-            influence_radius: InfluenceRadius::Neighbors(2.0),
+            influence_radius: InfluenceRadius::Neighbors(CutRule::INFLUENCE_RADIUS),
             rule: Rule::Diffraction,
         }
     }

@@ -29,7 +29,7 @@ fn kernel(q: f64) -> f64 {
 impl Rule {
     /// Nothing farther than this fraction of the influence radius from a pair's middle can change its
     /// factor: half for the path itself, and the offset of its diffraction points.
-    pub(crate) const MARGIN: f64 = 0.5 + OFFSET + 0.01;
+    pub(crate) const MARGIN: f64 = 0.5 + OFFSET;
 
     /// Factor of the pair with nodes at `a` and `b`: exactly 1 if it is not crossed, below 1 if it is, exactly 0 if it
     /// is severed.

@@ -5,24 +5,21 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3};
 use phyxel_elastic::{CrackFront, CutInput, CutPolicy};
 use phyxel_enrich::{
-    Blade, CutError, CutSettings, Cuts, DeformedBody, Factors, Graph, Sweep, connected_pieces,
-    is_parted,
+    Blade, CutError, CutSettings, Cuts, DeformedBody, FactorSettings, Factors, Graph, Sweep,
+    connected_pieces, is_parted,
 };
 use phyxel_integrate::CutEnergy;
-use phyxel_mls::{MaterialMap, mean_neighbor_distance};
+use phyxel_mls::MaterialMap;
 
 use crate::body::Body;
 use crate::cut_state::{CapturedEdge, Cutting};
 use crate::error::BodyProblem;
 use crate::input::StrokePhase;
 use crate::model::elastic_stencils;
+use crate::stiffness::PRODUCTS;
 
-/// Products with the stiffness of the part around a cut per estimate.
-const ESTIMATE_PRODUCTS: usize = 16;
 /// Tissue that is pressed to a smaller fraction of its volume is not mapped: its gradients are none.
 const LEAST_VOLUME: f64 = 0.2;
-/// Support radius of the world-to-material map, in mean distances to the neighbours.
-const MAP_SUPPORT: f64 = 2.0;
 /// Radius around a front, in spacings, in which its energy release rate is taken. With 3, 4 and 5 a tear
 /// (`benches -- griffith --quick`) ends at 0.81, 0.86 and 0.91 of the toughness.
 const FRONT: f64 = 4.0;
@@ -56,12 +53,15 @@ impl Cutting {
     /// Prepares an uncut body.
     fn new(body: &Body) -> Result<Self, BodyProblem> {
         let spacing = body.spacing;
-        let edges = mean_neighbor_distance(&body.rest, &body.neighborhoods);
-        let radii: Vec<f64> = edges.iter().map(|edge| MAP_SUPPORT * edge).collect();
+        // The map looks as far as cuts do.
+        let (graph, reach) = (graph_of(body), FactorSettings::default().influence_radius);
+        let radii: Vec<f64> = (0..body.rest.len())
+            .map(|node| reach.of(&graph, node))
+            .collect();
         let map = MaterialMap::new(&body.rest, &radii, &body.neighborhoods)?;
         Ok(Self {
             cuts: Cuts::new(&CutSettings::for_spacing(spacing)),
-            factors: Factors::new(body.cut_rule, &graph_of(body), radii, spacing),
+            factors: Factors::new(body.cut_rule, &graph, radii, spacing),
             map,
             pieces: Vec::new(),
             strokes: Vec::new(),
@@ -117,7 +117,7 @@ impl Cutting {
         if body.is_explicit() {
             let part = body.elastic().part(&with_neighbors(body, &update.touched));
             let mut mode = Vec::new();
-            let found = body.part_eigenvalue(&part, &mut mode, ESTIMATE_PRODUCTS)?;
+            let found = body.part_eigenvalue(&part, &mut mode, PRODUCTS)?;
             let largest = found.max(body.current_eigenvalue());
             self.growth = self.growth.max(largest / body.eigenvalue.value);
             body.take_part_eigenvalue(&part, found, &mode);

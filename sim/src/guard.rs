@@ -16,12 +16,11 @@ use crate::body_state::BodyState;
 use crate::error::{BodyProblem, WorldError, in_body};
 use crate::phases::Phase;
 use crate::scene::Pose;
+use crate::stiffness::PRODUCTS;
 use crate::tool::ToolContact;
 
 /// Products with the stiffness per estimate of the largest eigenvalue; it starts at the vector of the last.
 const ESTIMATE_PRODUCTS: usize = 2;
-/// Products where steps failed.
-const RETAKE_PRODUCTS: usize = 16;
 
 /// A state to return to, and the steps taken since.
 #[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
@@ -190,7 +189,7 @@ impl World {
 
     fn repeat(&mut self, kept: &Kept, division: u32) -> Result<(), WorldError> {
         self.rewind(kept.gravity, kept.bodies.clone(), kept.contact.clone())?;
-        self.estimate_eigenvalues(RETAKE_PRODUCTS)?;
+        self.estimate_eigenvalues(PRODUCTS)?;
         let mut from = kept.poses.clone();
         for (step, to) in &kept.taken {
             self.follow_stiffness()?;
@@ -391,7 +390,7 @@ mod tests {
         let mut rash = block(Vec::new());
         // The eigenvalue in use is up to 5 % above the true one, the step 2.5 % below the largest stable one.
         rash.bodies[0].step_factor = 1.05;
-        rash.estimate_eigenvalues(RETAKE_PRODUCTS).unwrap();
+        rash.estimate_eigenvalues(PRODUCTS).unwrap();
         while rash.time() < until {
             rash.step().unwrap();
             assert!(scale(&rash).is_finite());
@@ -408,7 +407,7 @@ mod tests {
         stroke.capture = Capture::Distance(1e-4);
         let mut rash = block(vec![stroke]);
         rash.bodies[0].step_factor = 1.02;
-        rash.estimate_eigenvalues(RETAKE_PRODUCTS).unwrap();
+        rash.estimate_eigenvalues(PRODUCTS).unwrap();
         let mut most = 0.0_f64;
         while rash.time() < 0.35 {
             rash.step().unwrap();

@@ -9,9 +9,7 @@ use crate::World;
 use crate::error::{BodyProblem, WorldError, in_body};
 use crate::phases::Phase;
 use crate::scene::Rest;
-
-/// Products with the stiffness for the step where an equilibrium was found.
-const EQUILIBRIUM_PRODUCTS: usize = 16;
+use crate::stiffness::PRODUCTS;
 
 impl World {
     /// Root of the mean squared speed of all mass (m/s).
@@ -89,7 +87,7 @@ impl World {
             in_body(body.come_to_rest(&loads), &body.name)?;
         }
         self.phases.add(Phase::Setup, start.elapsed());
-        self.estimate_eigenvalues(EQUILIBRIUM_PRODUCTS)
+        self.estimate_eigenvalues(PRODUCTS)
     }
 
     /// Ends settling: scene time is 0 from here. Where the scene asks for an equilibrium the bodies are put there; where none

@@ -7,10 +7,10 @@ use phyxel_integrate::{Alarm, EigenvalueSettings, largest_eigenvalue_within};
 use crate::body::{Body, first_estimate};
 use crate::error::BodyProblem;
 
-/// Nodes around which the largest eigenvalue is looked for, two rings of neighbours each, and products
-/// with the stiffness of that part.
+/// Nodes around which the largest eigenvalue is looked for, two rings of neighbours each.
 const STIFFEST_NODES: usize = 8;
-const LOCAL_PRODUCTS: usize = 12;
+/// Products with the stiffness of a part per estimate, and with that of a body that is another than at the last one.
+pub(crate) const PRODUCTS: usize = 16;
 
 /// An estimate by so many products.
 fn estimate(products: usize) -> EigenvalueSettings {
@@ -51,7 +51,7 @@ impl Body {
             return Ok(());
         }
         let (part, mut vector) = self.whole.part_around(stiffest);
-        let found = self.part_eigenvalue(&part, &mut vector, LOCAL_PRODUCTS)?;
+        let found = self.part_eigenvalue(&part, &mut vector, PRODUCTS)?;
         self.stiffness.take_local(found);
         Ok(())
     }
