@@ -36,15 +36,13 @@ impl fmt::Debug for CutInput<'_> {
 /// When a node loses its strain energy to bonds, and how much stabilization rises. The default is what scenes use.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CutPolicy {
-    /// A touched node that a cut left fewer neighbours has no strain of its own any more.
+    /// A touched node that a cut left fewer neighbours has no strain of its own any more. By the condition alone mode II of a
+    /// crack of 4 spacings is nearer by work (0.996, 1.01 for 1.01, 1.04), mode I farther (0.885, 0.897 for 0.892, 0.904).
     pub fewest_neighbors: usize,
-    /// Nor has one whose moment matrix has a larger condition (largest over smallest eigenvalue),
+    /// Nor has one whose moment matrix has a larger condition (largest over smallest eigenvalue), if cuts made it worse.
     pub largest_condition: f64,
-    /// if the cut made it worse by this factor: a node that had no better row from the start keeps its stiffness.
-    pub condition_growth: f64,
-    /// Nor have nodes of pieces of fewer nodes.
-    pub smallest_piece: usize,
-    /// Scale of the stabilization of touched nodes, whose rows see less, as far as what the cut takes pays for it.
+    /// Scale of the stabilization of touched nodes, whose rows see less, as far as what the cut takes pays for it. With 1 mode I
+    /// is nearer (0.903, 0.925), but what a cut of 400 nodes releases depends on its mirror image by 4 % (`prove invariance`).
     pub touched_control: f64,
 }
 
@@ -53,8 +51,6 @@ impl Default for CutPolicy {
         Self {
             fewest_neighbors: 6,
             largest_condition: 5.0,
-            condition_growth: 1.2,
-            smallest_piece: 12,
             touched_control: 3.0,
         }
     }
@@ -165,31 +161,14 @@ impl Elastic {
             let row = model.pairs.row(at);
             let left = row.iter().filter(|pair| pair.weight > 0.0).count();
             let now = || condition(Moments::given(at, row, &model.rest, &[]).moment);
-            let is_worse = |now: f64| {
-                now > policy.largest_condition && now > policy.condition_growth * before.condition
-            };
+            let is_worse = |now: f64| now > policy.largest_condition.max(before.condition);
             before.neighbors > 0
                 && ((left < policy.fewest_neighbors && left < before.neighbors)
                     || model.ranks[at] < 3
                     || lost.binary_search(node).is_ok()
                     || known.binary_search(node).is_ok()
-                    || is_worse(now())
-                    || self.is_in_small_piece(*node, policy.smallest_piece))
+                    || is_worse(now()))
         };
         touched.iter().copied().filter(is_deficient).collect()
-    }
-
-    /// Whether fewer than `limit` nodes hang together with this one.
-    fn is_in_small_piece(&self, node: u32, limit: usize) -> bool {
-        let (mut reached, mut next) = (vec![node], 0);
-        while next < reached.len() && reached.len() < limit {
-            for pair in self.model.pairs.row(reached[next] as usize) {
-                if pair.weight > 0.0 && !reached.contains(&pair.to) {
-                    reached.push(pair.to);
-                }
-            }
-            next += 1;
-        }
-        reached.len() < limit
     }
 }

@@ -17,10 +17,6 @@ const LARGEST_MOVE: f64 = 0.5;
 /// A blade continues for this distance, in spacings, before its front is moved to a pair that it passed. The map is not
 /// exact to the last hair: most such pairs lie so little ahead of the front that its next step takes them.
 const PATIENCE: f64 = 1.0;
-/// How often the front is moved to pairs that it missed: each time it comes a spacing farther at most,
-/// and a blade moves half of one.
-const ROUNDS: usize = 3;
-
 /// How far the front runs ahead at once where tissue tears, in spacings: as far as a blade is looked at. With 0.25 and 0.5 a cut
 /// that tears by itself (`benches -- griffith --quick`) ends at 0.89 and 0.86 of the toughness.
 const TEAR: f64 = LARGEST_MOVE;
@@ -279,18 +275,10 @@ impl Blade {
         let (due, owed): (Vec<_>, Vec<_>) = self.owed.drain(..).partition(is_due);
         self.owed = owed;
         let mut due: Vec<SweptPair> = due.into_iter().map(|(pair, _)| pair).collect();
-        for _ in 0..ROUNDS {
-            if due.is_empty() {
-                break;
-            }
+        if !due.is_empty() {
             let points: Vec<DVec3> = due.iter().map(|pair| pair.point).collect();
             let least = least_step(ends);
-            let patch = self.front.reach(cuts, &points, body.inside, least)?;
-            if patch.triangles.is_empty() {
-                break;
-            }
-            patches.push(patch);
-            due.retain(|pair| is_missed(pair, cuts));
+            patches.push(self.front.reach(cuts, &points, body.inside, least)?);
         }
         // What no front is near to: the edge of the cut that ends beside it.
         for pair in &due {

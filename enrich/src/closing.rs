@@ -6,11 +6,9 @@ use std::ops::{ControlFlow, Range};
 use glam::DVec3;
 
 use crate::cuts::Cuts;
+use crate::edges::FLAT;
 use crate::front::{OVERSHOOT, SKIN, THROUGH};
 use crate::predicate::segment_crosses_triangle;
-
-/// Sine of the least angle at which a sheet meets a face: at smaller ones a face is the sheet itself, which bends.
-const LEAST_SINE: f64 = 0.25;
 
 impl Cuts {
     /// Carries the newest piece of the cut on through older faces and the surface of the body, where its free edges end within a
@@ -76,7 +74,8 @@ impl Cuts {
         let at = |share: f64| self.edges.vertices[end as usize] + way * (share * self.spacing());
         let (from, to) = (at(-SKIN), at(SKIN));
         let met = self.forest.on_segment(from, to, |triangle, &[p, q, r]| {
-            let is_across = self.normal(triangle as usize).dot(way).abs() > LEAST_SINE;
+            // At smaller angles a face is the sheet itself, which bends.
+            let is_across = self.normal(triangle as usize).dot(way).abs() > FLAT;
             if is_across && segment_crosses_triangle(from, to, p, q, r) {
                 ControlFlow::Break(())
             } else {

@@ -192,7 +192,7 @@ fn before(a: DVec3, b: DVec3) -> bool {
 /// Below this length the sum of the unit directions into the cut counts as zero: the edge is flat.
 ///
 /// Two faces that meet at less than 2.9 degrees from straight.
-const FLAT: f64 = 0.05;
+pub(crate) const FLAT: f64 = 0.05;
 
 /// The faces at a flat edge reach so far from it (in influence radii); where they reach less far, the edge must
 /// be straighter in the same proportion. A smooth sheet in small triangles has such edges if its radius is below

@@ -35,11 +35,10 @@ const RECOVERY: f64 = 1.2;
 /// than this from one to the next. (Falling freely, two products once let the step of a liver grow by
 /// half past the limit.)
 const SLOWEST_FALL: f64 = 0.8;
-/// Rise of the stiffness indicator of a run of nodes since the last estimate that asks for the next, and
-/// fall of the largest.
+/// Rise of the stiffness indicator of a run of nodes since the last estimate that asks for the next.
 const ALARM_RISE: f64 = 1.1;
-const ALARM_FALL: f64 = 0.5;
-/// Fraction of the largest indicator from which on a run of nodes is listened to.
+/// Fraction of the largest indicator from which on a run of nodes is listened to. Once the largest has fallen by it, runs that
+/// were not may be the stiffest.
 const WATCHED_FRACTION: f64 = 0.5;
 
 /// How much shorter than the stable step explicit steps are taken, after some had to be taken again.
@@ -145,7 +144,7 @@ impl StiffnessTracker {
         let largest = indicators.iter().copied().fold(0.0, f64::max);
         self.indicators.resize(indicators.len(), 0.0);
         let before = self.indicators.iter().copied().fold(0.0, f64::max);
-        if largest < ALARM_FALL * before {
+        if largest < WATCHED_FRACTION * before {
             self.indicators = indicators;
             self.estimates[1] *= SLOWEST_FALL;
             return Some(Alarm::Fell);

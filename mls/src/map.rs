@@ -38,9 +38,9 @@ const ENLARGED: f64 = 1.5;
 /// let world: Vec<DVec3> = rest.iter().map(|x| stretch * *x).collect();
 /// let gradients = [stretch; 64];
 /// let frame = map.frame(&world, &gradients)?;
-/// let found = frame.preimage(DVec3::new(2.2, 1.3, 0.6), 0.1, &|_, _| true);
+/// let found = frame.preimage(DVec3::new(2.2, 1.3, 0.6), &|_, _| true);
 /// assert!(found.is_some_and(|found| (found.position - DVec3::new(1.1, 1.3, 0.6)).length() < 1e-9));
-/// assert!(frame.preimage(DVec3::splat(9.0), 0.1, &|_, _| true).is_none()); // no tissue
+/// assert!(frame.preimage(DVec3::splat(9.0), &|_, _| true).is_none()); // no tissue
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone)]

@@ -18,8 +18,6 @@ use crate::input::StrokePhase;
 use crate::model::elastic_stencils;
 use crate::stiffness::PRODUCTS;
 
-/// Tissue that is pressed to a smaller fraction of its volume is not mapped: its gradients are none.
-const LEAST_VOLUME: f64 = 0.2;
 /// Radius around a front, in spacings, in which its energy release rate is taken. With 3, 4 and 5 a tear
 /// (`benches -- griffith --quick`) ends at 0.81, 0.86 and 0.91 of the toughness.
 const FRONT: f64 = 4.0;
@@ -196,7 +194,7 @@ impl Cutting {
             spacing: body.spacing,
             inside: &|point| body.solid.contains(point),
             preimage: &|world, seen| {
-                let found = frame.preimage(world, LEAST_VOLUME, seen)?;
+                let found = frame.preimage(world, seen)?;
                 Some((found.position, found.jacobian))
             },
             nearest: &|world, reach| frame.nearest_node(world, reach),

@@ -9,10 +9,9 @@ use glam::{DMat3, DVec3};
 
 use crate::law::tensor::{cofactor, outer, volume_ratio};
 
-/// Largest distance of an eigenvalue of `sum X_ij g_ij^T` from 0 or 1.
+/// Largest distance of an eigenvalue of `sum X_ij g_ij^T` from 0 or 1, and deviation from the identity up to which a row
+/// counts as full without an eigenvalue problem.
 const PROJECTOR_TOLERANCE: f64 = 1e-6;
-/// Deviation from the identity up to which a row counts as full without an eigenvalue problem.
-const FULL_RANK_TOLERANCE: f64 = 1e-6;
 
 /// Relative size below which a deformed plane or line counts as collapsed.
 const DEGENERATE: f64 = 1e-12;
@@ -160,7 +159,7 @@ pub(crate) fn row_kind(m: DMat3) -> RowKind {
         return RowKind::Inconsistent(f64::INFINITY);
     }
     let off = m - DMat3::IDENTITY;
-    if largest(off) <= FULL_RANK_TOLERANCE {
+    if largest(off) <= PROJECTOR_TOLERANCE {
         return RowKind::Full;
     }
     let skew = largest(m - m.transpose());

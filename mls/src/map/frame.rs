@@ -97,12 +97,11 @@ impl MapFrame<'_> {
     /// `X_i + F_i⁻¹ (x − x_i)` at a near node i.
     ///
     /// The search starts at the nearest nodes, one after the other, until an answer is good: it is
-    /// seen from its start node, `det ∂x/∂X` is at least `least`, and the start node is no farther
-    /// than its support radius. Nodes with `det F` below `least` take no part.
+    /// seen from its start node, `det ∂x/∂X` is above 0, and the start node is no farther
+    /// than its support radius. Nodes that have turned inside out take no part.
     ///
     /// # Arguments
     /// * `world` -- the asked point (m).
-    /// * `least` -- smallest volume ratio that counts as tissue, above 0.
     /// * `seen` -- whether a material point is seen from the node's rest position: false where a cut
     ///   is between them.
     ///
@@ -112,19 +111,14 @@ impl MapFrame<'_> {
     /// # Panics
     /// If `world` is not finite.
     #[must_use]
-    pub fn preimage(
-        &self,
-        world: DVec3,
-        least: f64,
-        seen: &dyn Fn(u32, DVec3) -> bool,
-    ) -> Option<Preimage> {
+    pub fn preimage(&self, world: DVec3, seen: &dyn Fn(u32, DVec3) -> bool) -> Option<Preimage> {
         assert!(world.is_finite(), "the asked world point must be finite");
         let mut near = Vec::with_capacity(2 * STARTS);
         self.runs
             .nearest_into(self.positions, world, self.map.reach, STARTS, &mut near);
         let starts = near.iter().filter(|&&(squared, node)| {
             let radius = self.map.support_radii[node as usize];
-            squared <= radius * radius && self.gradients[node as usize].determinant() >= least
+            squared <= radius * radius && self.gradients[node as usize].determinant() > 0.0
         });
         let mut hidden: Vec<DVec3> = Vec::with_capacity(STARTS);
         for &(_, start_node) in starts {
@@ -132,12 +126,12 @@ impl MapFrame<'_> {
             if hidden.iter().any(|&tried| seen(start_node, tried)) {
                 continue;
             }
-            let Some((position, forward)) = self.newton(world, start_node, least) else {
+            let Some((position, forward)) = self.newton(world, start_node) else {
                 continue;
             };
             if !seen(start_node, position) {
                 hidden.push(self.map.rest_positions[start_node as usize]);
-            } else if forward.jacobian.determinant() >= least {
+            } else if forward.jacobian.determinant() > 0.0 {
                 return Some(Preimage {
                     position,
                     jacobian: forward.jacobian,
@@ -243,13 +237,13 @@ impl MapFrame<'_> {
         })
     }
 
-    /// Newton's method with step halving; `None` if it does not converge. Nodes with a `det F` below
-    /// `least` take no part.
-    fn newton(&self, world: DVec3, start: u32, least: f64) -> Option<(DVec3, Forward)> {
+    /// Newton's method with step halving; `None` if it does not converge. Nodes that have turned
+    /// inside out take no part.
+    fn newton(&self, world: DVec3, start: u32) -> Option<(DVec3, Forward)> {
         let map = self.map;
         let around = |centre: DVec3, slack: f64| {
             let mut nodes = self.connected(centre, slack, start);
-            nodes.retain(|&node| self.gradients[node as usize].determinant() >= least);
+            nodes.retain(|&node| self.gradients[node as usize].determinant() > 0.0);
             nodes
         };
         let i = start as usize;

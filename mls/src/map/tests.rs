@@ -111,7 +111,7 @@ fn preimage_inverts_every_deformation() {
             let start = frame.nearest_node(motion(material), 1.0).unwrap();
             let nodes = frame.connected(material, 0.0, start);
             let world = forward(&frame, start, material, &nodes);
-            let found = frame.preimage(world, 0.1, &anywhere).unwrap();
+            let found = frame.preimage(world, &anywhere).unwrap();
             let error = (found.position - material).length() / body.spacing;
             assert_below(name, error, 1e-10);
             // And the reconstruction is the motion itself up to the order of the approximation.
@@ -135,7 +135,7 @@ fn far_from_the_origin_tissue_is_found() {
         let mut random = cloud::Random::new(5);
         for _ in 0..200 {
             let world = far + motion(DVec3::splat(0.5) + random.vector(0.46));
-            let found = frame.preimage(world, 0.1, &anywhere);
+            let found = frame.preimage(world, &anywhere);
             let found = found.unwrap_or_else(|| panic!("{name}: no tissue at {world}"));
             let nodes = frame.connected(found.position, 0.0, found.start_node);
             let back = forward(&frame, found.start_node, found.position, &nodes);
@@ -238,7 +238,7 @@ fn affine_motion_is_exact() {
     for _ in 0..300 {
         let material = DVec3::splat(0.5) + random.vector(0.5);
         let world = f * material + shift;
-        let found = frame.preimage(world, 0.1, &anywhere).unwrap();
+        let found = frame.preimage(world, &anywhere).unwrap();
         assert_below("affine", (found.position - material).length(), 1e-12);
         assert!(found.jacobian.abs_diff_eq(f, 1e-12));
     }
@@ -262,14 +262,14 @@ fn a_preimage_is_in_tissue_or_not_at_all() {
     let mut random = cloud::Random::new(8);
     for _ in 0..300 {
         let material = middle + random.vector(0.4) * DVec3::new(0.2, 1.0, 1.0);
-        let found = frame.preimage(open(material), 0.2, &seen).unwrap();
+        let found = frame.preimage(open(material), &seen).unwrap();
         assert_below("halves", (found.position - material).length(), 1e-12);
         assert!(seen(found.start_node, material));
         assert_within("J", found.jacobian.determinant(), 1.0, 1e-9);
         let between = random.vector(0.4) * DVec3::new(0.14, 1.0, 1.0);
-        assert!(frame.preimage(between, 0.2, &seen).is_none(), "{between}");
+        assert!(frame.preimage(between, &seen).is_none(), "{between}");
     }
-    assert!(frame.preimage(DVec3::splat(3.0), 0.2, &seen).is_none());
+    assert!(frame.preimage(DVec3::splat(3.0), &seen).is_none());
 }
 
 #[test]
