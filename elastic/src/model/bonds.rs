@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::Elastic;
-use crate::cut::bond::{Bond, LEAST_SHARE, LEAST_SUM, STIFFNESS, begun, kept};
+use crate::cut::bond::{Bond, LEAST_SUM, STIFFNESS, begun, kept};
 use crate::kernel::pairs::Pair;
 use crate::kernel::row::refresh_control;
 
@@ -77,11 +77,7 @@ impl Elastic {
         let row = model.pairs.row(node);
         #[allow(clippy::cast_precision_loss, reason = "a node has few neighbours")]
         let count = row.len() as f64;
-        let held = |share: f64| match share > 0.0 {
-            true => share.max(LEAST_SHARE),
-            false => 0.0,
-        };
-        let sum: f64 = model.pairs.range(node).map(|at| held(share(at))).sum();
+        let sum: f64 = model.pairs.range(node).map(share).sum();
         let whole = STIFFNESS * model.material(node).lame_mu() * model.volumes[node] / count;
         let modulus = whole * (LEAST_SUM / sum).max(1.0);
         let pairs = model.pairs.range(node).zip(row);
@@ -90,7 +86,7 @@ impl Elastic {
             let other = pair.to as usize;
             let ends = [u32::try_from(node).unwrap_or(u32::MAX), pair.to];
             let rest_squared = (model.rest[other] - model.rest[node]).length_squared();
-            let stiffness = modulus * held(share(at)) / rest_squared;
+            let stiffness = modulus * share(at) / rest_squared;
             let x = positions[other] - positions[node];
             Bond::new(ends, stiffness, rest_squared, x)
         };

@@ -98,7 +98,7 @@ fn weakening_never_adds_energy_and_its_decay_is_booked() {
 }
 
 #[test]
-fn what_hangs_on_little_is_held_as_by_one_whole_pair_and_the_change_adds_no_energy() {
+fn what_hangs_on_little_is_held_as_by_whole_pairs_and_the_change_adds_no_energy() {
     let rest = Block::new([4, 4, 4], DVec3::splat(0.4), 0.0, 1);
     let node = 62_usize;
     let row = rest.row(node);
@@ -119,8 +119,18 @@ fn what_hangs_on_little_is_held_as_by_one_whole_pair_and_the_change_adds_no_ener
     };
     let [little, whole] = [0.016, 1.0].map(pull);
     assert_within("a small share of a pair", little, whole, 1e-12 * whole);
-    // Bonds that others leave alone get stiffer; what they hold they keep.
     let x = shaken(&rest, 0.1, 5);
+    // Beside whole pairs one of which next to nothing is left holds next to nothing.
+    let beside = |share: f64| {
+        let mut body = model(&rest, law(), 0.1);
+        evaluated(&mut body, &rest.positions);
+        let left = |p: usize| if p == last { share } else { 1.0 };
+        body.weaken(&[62], &rest.positions, &left);
+        evaluated(&mut body, &x).0
+    };
+    let [severed, faint] = [0.0, 1e-9].map(beside);
+    assert_within("a faint pair", faint, severed, 1e-9 * severed);
+    // Bonds that others leave alone get stiffer; what they hold they keep.
     let mut body = model(&rest, law(), 0.1);
     evaluated(&mut body, &x);
     body.weaken(&[62], &x, &|p| if row.contains(&p) { 0.2 } else { 0.0 });
