@@ -158,17 +158,41 @@ impl Elastic {
             let Some(before) = before.ok().map(|at| uncut[at]) else {
                 return false;
             };
-            let row = model.pairs.row(at);
-            let left = row.iter().filter(|pair| pair.weight > 0.0).count();
-            let now = || condition(Moments::given(at, row, &model.rest, &[]).moment);
-            let is_worse = |now: f64| now > policy.largest_condition.max(before.condition);
             before.neighbors > 0
-                && ((left < policy.fewest_neighbors && left < before.neighbors)
-                    || model.ranks[at] < 3
+                && (model.ranks[at] < 3
                     || lost.binary_search(node).is_ok()
                     || known.binary_search(node).is_ok()
-                    || is_worse(now()))
+                    || self.is_poor(before, policy))
         };
         touched.iter().copied().filter(is_deficient).collect()
+    }
+
+    /// Whether a node's row sees less than what it was `before` and than the policy asks for.
+    fn is_poor(&self, before: Uncut, policy: &CutPolicy) -> bool {
+        let at = before.node as usize;
+        let row = self.model.pairs.row(at);
+        let left = row.iter().filter(|pair| pair.weight > 0.0).count();
+        let now = || condition(Moments::given(at, row, &self.model.rest, &[]).moment);
+        (left < policy.fewest_neighbors && left < before.neighbors)
+            || now() > policy.largest_condition.max(before.condition)
+    }
+
+    /// Takes their strain ([`Elastic::weaken`]) from those of some nodes of a body at rest that see no more than what the policy
+    /// leaves of a touched node, as at a corner of what a support holds.
+    ///
+    /// # Panics
+    /// If a node does not exist.
+    pub fn weaken_poor(&mut self, nodes: &[u32], policy: &CutPolicy) {
+        let is_poor = |node: &u32| {
+            let before = Uncut {
+                node: *node,
+                neighbors: self.model.pairs.row(*node as usize).len(),
+                condition: 0.0,
+            };
+            self.is_poor(before, policy)
+        };
+        let poor: Vec<u32> = nodes.iter().copied().filter(is_poor).collect();
+        let rest = self.model.rest.clone();
+        self.weaken(&poor, &rest, &|_| 1.0);
     }
 }

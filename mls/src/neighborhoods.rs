@@ -157,6 +157,15 @@ impl Neighborhoods {
         &self.indices[self.pairs(node)]
     }
 
+    /// Some nodes and their neighbours, in any order and more than once.
+    ///
+    /// # Panics
+    /// If a node is out of range.
+    pub fn around<'a>(&'a self, nodes: &'a [u32]) -> impl Iterator<Item = u32> + 'a {
+        let rows = nodes.iter().flat_map(|&node| self.row(node as usize));
+        rows.chain(nodes).copied()
+    }
+
     /// Position of the pair `(node, neighbor)`, if there is one.
     ///
     /// # Panics

@@ -5,9 +5,9 @@ use phyxel_discretize::Solid;
 use phyxel_elastic::Elastic;
 use phyxel_enrich::CutRule;
 use phyxel_integrate::{
-    Applied, BoundaryConditions, ClosureLaw, Eigenvalue, EigenvalueSettings, Grip, Implicit,
-    Motion, MotionSettings, NewtonSettings, StaticLoad, StepView, StiffnessTracker, critical_step,
-    radial_start, solve_static,
+    Applied, BoundaryConditions, ClosureLaw, Eigenvalue, Grip, Implicit, Motion, MotionSettings,
+    NewtonSettings, StaticLoad, StepView, StiffnessTracker, critical_step, radial_start,
+    solve_static,
 };
 use phyxel_mls::{GradientStencils, Neighborhoods, mean_pair_length};
 
@@ -17,23 +17,13 @@ use crate::model::build;
 use crate::phases::{StepTimes, timed};
 use crate::scene::{self, Scene};
 use crate::shares::{Whole, lock};
+use crate::stiffness::estimate;
 use crate::tool::{ToolContact, ToolSurface};
-
-/// Room above the power iteration's estimate, which comes from below.
-const EIGENVALUE_MARGIN: f64 = 0.05;
 
 /// Unbalanced force, relative, at which an equilibrium is found.
 const AT_REST: f64 = 1e-6;
 /// Load steps to begin with; those that fail are halved.
 const LOAD_STEPS: u32 = 4;
-
-/// How the eigenvalue of a body at rest is estimated, and with fewer products later on.
-pub(crate) fn first_estimate() -> EigenvalueSettings {
-    EigenvalueSettings {
-        margin: EIGENVALUE_MARGIN,
-        ..EigenvalueSettings::default()
-    }
-}
 
 /// A body, its model, its motion, and what touches and cuts it.
 #[derive(Debug, Clone)]
@@ -113,7 +103,7 @@ impl Body {
     /// [`WorldError`] with the body's name.
     pub fn new(scene: &Scene, description: &scene::Body) -> Result<Self, WorldError> {
         let built = Self::build(scene, description).and_then(|mut body| {
-            let found = body.whole_eigenvalue(&first_estimate())?;
+            let found = body.whole_eigenvalue(&estimate(None))?;
             body.take_first_eigenvalue(found, description.damping_ratio)?;
             Ok(body)
         });

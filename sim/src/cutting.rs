@@ -113,7 +113,8 @@ impl Cutting {
         let stroke = &mut self.by_stroke[update.stroke];
         stroke.energy.record(jump, stored, round_off);
         if body.is_explicit() {
-            let part = body.elastic().part(&with_neighbors(body, &update.touched));
+            let around = body.neighborhoods.around(&update.touched);
+            let part = body.elastic().part(&around.collect::<Vec<_>>());
             let mut mode = Vec::new();
             let found = body.part_eigenvalue(&part, &mut mode, PRODUCTS)?;
             let largest = found.max(body.current_eigenvalue());
@@ -275,14 +276,6 @@ pub(crate) fn graph_of(body: &Body) -> Graph<'_> {
         body.neighborhoods.offsets(),
         body.neighborhoods.indices(),
     )
-}
-
-/// Some nodes and their neighbours, in any order.
-fn with_neighbors(body: &Body, nodes: &[u32]) -> Vec<u32> {
-    let rows = nodes
-        .iter()
-        .map(|&node| body.neighborhoods.row(node as usize));
-    rows.flatten().chain(nodes).copied().collect()
 }
 
 impl Body {

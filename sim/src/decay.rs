@@ -1,7 +1,5 @@
 //! All of a body that decays, once a step.
 
-use std::time::Instant;
-
 use phyxel_elastic::Elastic;
 
 use crate::body::Body;
@@ -62,9 +60,7 @@ impl Body {
 
     /// Evaluates the forces after something decayed and books the energy's jump (J).
     fn jump(&mut self) -> Result<f64, BodyProblem> {
-        let start = Instant::now();
-        let jump = self.whole.refresh()?;
-        self.times.forces += start.elapsed();
-        Ok(jump)
+        let Self { times, whole, .. } = self;
+        Ok(timed(&mut times.forces, || whole.refresh())?)
     }
 }

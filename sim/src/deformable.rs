@@ -139,8 +139,7 @@ impl DeformableBodies {
         opened.resize(body.rest.len(), DVec3::ZERO);
         let mut others = vec![false; opened.len()];
         let graph = &body.neighborhoods;
-        let rows = touched.iter().map(|&node| graph.row(node as usize));
-        for &node in rows.flatten().chain(touched) {
+        for node in graph.around(touched) {
             let node = node as usize;
             let area = body.stencils.opened_area(&body.rest, graph, node);
             others[node] |= opened[node] != area;

@@ -284,16 +284,12 @@ impl World {
         Ok(())
     }
 
-    fn check_energy(&mut self) -> Result<(), WorldError> {
-        let Some(kept) = self.now.kept.take() else {
-            return Ok(());
-        };
-        let checked = self.check_energy_since(&kept);
-        self.now.kept = Some(kept);
-        checked
+    fn check_energy(&self) -> Result<(), WorldError> {
+        let kept = self.now.kept.as_ref();
+        kept.map_or(Ok(()), |kept| self.check_energy_since(kept))
     }
 
-    fn check_energy_since(&mut self, kept: &Kept) -> Result<(), WorldError> {
+    fn check_energy_since(&self, kept: &Kept) -> Result<(), WorldError> {
         let (mut moved, mut floor) = (0.0, 0.0);
         let before = kept.bodies.iter().zip(&kept.rigid);
         for (body, (before, rigid)) in self.bodies.iter().zip(before) {

@@ -76,8 +76,11 @@ pub(crate) fn build(
     };
     let mut elastic = Elastic::new(&rows, &nodes, &materials, &settings)?;
     if coupled.carried.is_some() {
-        let weak = coupled.deficient(&holders);
-        elastic.weaken(&weak, &sampled.positions, &|_| 1.0);
+        let inert = |node: &u32| coupled.inert.binary_search(node).is_ok();
+        let held = |node: &u32| holders[*node as usize] > 0 && !inert(node);
+        let held: Vec<u32> = (0..).take(holders.len()).filter(held).collect();
+        // At a corner of what is fixed a support leaves too little to tell a strain from.
+        elastic.weaken_poor(&held, &CutPolicy::default());
     }
     // Between two steps a viscous body answers at once.
     elastic.begin_viscous_step(0.0);
@@ -94,24 +97,6 @@ pub(crate) struct Coupled {
     pub(crate) masses: Vec<f64>,
     /// Nodes within a support, which carry no strain.
     pub(crate) inert: Vec<u32>,
-}
-
-impl Coupled {
-    /// Nodes at a corner of what is fixed, which a support leaves too little to tell a strain from.
-    fn deficient(&self, holders: &[u32]) -> Vec<u32> {
-        let (graph, stencils) = (&self.neighborhoods, &self.stencils);
-        let policy = CutPolicy::default();
-        let too_few = |&node: &u32| {
-            let at = node as usize;
-            holders[at] > 0 && self.inert.binary_search(&node).is_err() && {
-                let row = &stencils.weights[graph.pairs(at)];
-                let linked = row.iter().filter(|&&weight| weight > 0.0).count();
-                linked < policy.fewest_neighbors && linked < graph.row(at).len()
-                    || stencils.ranks[at].condition > policy.largest_condition
-            }
-        };
-        (0..).take(holders.len()).filter(too_few).collect()
-    }
 }
 
 fn couple(sampling: &Sampled, holders: &[u32], spec: &scene::Body) -> Result<Coupled, BodyProblem> {

@@ -16,10 +16,11 @@ use phyxel_integrate::{
 };
 use rayon::ThreadPool;
 
-use crate::body::{Body, evaluate, first_estimate};
+use crate::body::{Body, evaluate};
 use crate::error::BodyProblem;
 use crate::newest::Newest;
 use crate::scene::{self, Scene};
+use crate::stiffness::estimate;
 
 /// The shares of one body.
 pub trait BodyShares: Shares + fmt::Debug + Send {
@@ -325,7 +326,7 @@ impl Body {
             let mut shares = lock(&shares);
             shares.set_model(&body, &watched)?;
             shares.set_vector(body.whole.eigenvector());
-            shares.estimate(&first_estimate())?
+            shares.estimate(&estimate(None))?
         };
         body.take_first_eigenvalue(found, description.damping_ratio)?;
         body.whole.eigenvector.leave_behind();

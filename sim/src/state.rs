@@ -180,8 +180,7 @@ impl World {
     }
 
     fn damaged(&self, body: usize, what: &'static str) -> WorldError {
-        let body = self.bodies.get(body);
-        BodyProblem::Damaged(what).of(body.map_or("", |body| &body.name))
+        BodyProblem::Damaged(what).of(&self.bodies[body].name)
     }
 
     /// Goes back to what moved, with the cuts that bodies have now.
@@ -205,9 +204,7 @@ impl World {
     }
 
     fn capture_again(&mut self, edge: &CapturedEdge) -> Result<(), WorldError> {
-        let Some(body) = self.bodies.get_mut(edge.body) else {
-            return Ok(());
-        };
+        let body = &mut self.bodies[edge.body];
         let update = body.replay(edge);
         let update = in_body(update, &body.name)?;
         self.take_note(edge.body, update)

@@ -4,7 +4,7 @@ use glam::DVec3;
 use phyxel_elastic::{Part, StiffNode};
 use phyxel_integrate::{Alarm, EigenvalueSettings, largest_eigenvalue_within};
 
-use crate::body::{Body, first_estimate};
+use crate::body::Body;
 use crate::error::BodyProblem;
 
 /// Nodes around which the largest eigenvalue is looked for, two rings of neighbours each.
@@ -12,11 +12,16 @@ const STIFFEST_NODES: usize = 8;
 /// Products with the stiffness of a part per estimate, and with that of a body that is another than at the last one.
 pub(crate) const PRODUCTS: usize = 16;
 
-/// An estimate by so many products.
-fn estimate(products: usize) -> EigenvalueSettings {
+/// Room above the power iteration's estimate, which comes from below.
+const MARGIN: f64 = 0.05;
+
+/// How an eigenvalue is estimated: by so many products, by as many as it takes of a body at rest.
+pub(crate) fn estimate(products: Option<usize>) -> EigenvalueSettings {
+    let usual = EigenvalueSettings::default();
     EigenvalueSettings {
-        iterations: products,
-        ..first_estimate()
+        iterations: products.unwrap_or(usual.iterations),
+        margin: MARGIN,
+        ..usual
     }
 }
 
@@ -24,7 +29,7 @@ impl Body {
     /// Estimates the largest eigenvalue where the body is now: by products with the whole, from the
     /// vector of the last time, and by those with what surrounds its stiffest nodes.
     pub(crate) fn estimate_eigenvalue(&mut self, products: usize) -> Result<(), BodyProblem> {
-        let found = self.whole_eigenvalue(&estimate(products))?;
+        let found = self.whole_eigenvalue(&estimate(Some(products)))?;
         self.stiffness.take_whole(found.value);
         let stiffest = self.stiffest_nodes(STIFFEST_NODES, None);
         self.estimate_around(&stiffest)
@@ -71,7 +76,7 @@ impl Body {
             motion.supports(),
             |v, out| elastic.tangent_product_within(part, v, out),
             vector,
-            &estimate(products),
+            &estimate(Some(products)),
         )?;
         Ok(found.value)
     }
