@@ -17,17 +17,7 @@ use phyxel_elastic::{
 use testkit::block::Block;
 use testkit::cloud::Random;
 
-/// Times a function under a name, at a size.
-fn time<T>(
-    group: &mut BenchmarkGroup<'_, WallTime>,
-    name: &str,
-    size: impl Display,
-    mut run: impl FnMut() -> T,
-) {
-    group.bench_function(BenchmarkId::new(name, size), |b| b.iter(&mut run));
-}
-
-/// The same on one thread.
+/// Times a function under a name, at a size, on one thread.
 fn time_on_one<T>(
     group: &mut BenchmarkGroup<'_, WallTime>,
     name: &str,
@@ -129,64 +119,5 @@ fn laws(c: &mut Criterion) {
     }
 }
 
-/// What is done once, or once per cut.
-fn setup(c: &mut Criterion) {
-    let mut group = c.benchmark_group("set-up");
-    group.sample_size(10);
-    let (block, x, mut f) = lattice(18);
-    let material = Material::neo_hookean(1e4, 0.4);
-    let make = || elastic(&block, material, &Settings::default());
-    time(&mut group, "new", x.len(), make);
-    let mut body = make();
-    let touched: Vec<u32> = (0..100).collect();
-    let stencils = stencils(&block);
-    let update = || body.update_rows(&touched, &stencils);
-    time(&mut group, "update 100 rows", x.len(), update);
-    body.forces_into(&x, &mut f);
-    let what = "update 100 rows and evaluate what follows";
-    time(&mut group, what, x.len(), || {
-        let updated = body.update_rows(&touched, &stencils);
-        updated.expect("valid rows");
-        body.forces_again(&x, &mut f)
-    });
-}
-
-/// Forces on all threads; what scenes do besides forces and products; forces of a body
-/// of which a half is held.
-fn parts(c: &mut Criterion) {
-    let mut group = c.benchmark_group("parts");
-    group.sample_size(10);
-    for side in SIDES {
-        let (block, mut x, mut f) = lattice(side);
-        let n = x.len();
-        let material = Material::neo_hookean(1e4, 0.4);
-        let mut body = elastic(&block, material, &Settings::default());
-        group.throughput(pairs(&block));
-        let forces = || body.forces_into(&x, &mut f);
-        time(&mut group, "forces, all threads", n, forces);
-        let masses: Vec<f64> = block.volumes.iter().map(|v| 1e3 * v).collect();
-        body.watch_stiffness(&masses);
-        let middle = 0.05 * side as f64;
-        let mut held = Vec::new();
-        for (node, (x, rest)) in (0_u32..).zip(x.iter_mut().zip(&block.positions)) {
-            if rest.z < middle {
-                *x = *rest;
-                held.push(node);
-            }
-        }
-        let forces = || body.forces_into(&x, &mut f);
-        time_on_one(&mut group, "forces, watched", n, forces);
-        group.throughput(Throughput::Elements(n as u64));
-        time_on_one(&mut group, "gradients", n, || body.deformation_gradients());
-        time_on_one(&mut group, "stiffest nodes", n, || {
-            body.stiffest_nodes(8, None)
-        });
-        group.throughput(pairs(&block));
-        body.set_held(&held);
-        let forces = || body.forces_into(&x, &mut f);
-        time_on_one(&mut group, "forces, watched, half held", n, forces);
-    }
-}
-
-criterion_group!(benches, laws, setup, parts);
+criterion_group!(benches, laws);
 criterion_main!(benches);

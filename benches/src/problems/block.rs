@@ -54,8 +54,6 @@ pub struct Block {
     pub triangles: Vec<[u32; 3]>,
     /// Nodal volumes (m³).
     pub volumes: Vec<f64>,
-    /// Nodal boundary vectors (m²).
-    pub boundary: Vec<DVec3>,
     /// Who is coupled with whom: the edges of the tetrahedra.
     pub graph: Neighborhoods,
     /// Conservative stencils.
@@ -93,7 +91,6 @@ impl Block {
             tetrahedra,
             triangles,
             volumes,
-            boundary,
             graph,
             stencils,
         })
@@ -112,7 +109,6 @@ impl Block {
             tetrahedra: block.tetrahedra,
             triangles: block.triangles,
             volumes,
-            boundary,
             graph,
         }
     }

@@ -62,7 +62,6 @@ pub const CLAIMS: &[Claim] = claims! {
     "large-deformation" elastic::large_deformation, "a manufactured large deformation converges";
     "energy" dynamics::energy, "a bending beam keeps its energy over 1e5 steps";
     "crack" studies::crack, "the study crack: the default is nearest to the handbook";
-    "set-up-after" cuts::set_up_after, "a set-up after the cut opens it";
     "viscosity" scenes::viscosity, "cut bodies that creep close their energy, by every scheme";
     "ring" scenes::ring, "a ring that is cut through falls apart, whatever its stiffness and the blade's angle";
     "check" scenes::check, "check accepts the random scenes that run, and no others";

@@ -61,8 +61,6 @@ pub struct CutBody<'a> {
     pub body: &'a Plate,
     /// Its stencils after the cut.
     pub stencils: GradientStencils,
-    /// Factors on the pairs.
-    pub factors: Vec<f64>,
     /// Times (s): what is set up once per body, the factors of the cut, the rows after them.
     pub seconds: [f64; 3],
 }
@@ -91,7 +89,6 @@ impl<'a> CutBody<'a> {
         Ok(Some(Self {
             body,
             stencils,
-            factors,
             seconds: [set_up, weighed, start.elapsed().as_secs_f64()],
         }))
     }

@@ -8,9 +8,8 @@ pub mod references;
 
 use glam::{DMat3, DVec3};
 
-pub use cut_body::{CutBody, Form};
-pub use plate::Plate;
-pub use problems::{Ratios, add_stroke, edge_crack, upright};
+pub use cut_body::Form;
+pub use problems::{Ratios, add_stroke, edge_crack};
 
 use super::nearest;
 
