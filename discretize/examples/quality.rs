@@ -99,7 +99,7 @@ fn sample(name: &str, solid: &Solid, counts: &[usize], settings: &SampleSettings
         match sample_tetrahedra(solid, &settings) {
             Ok(s) => {
                 let seconds = start.elapsed().as_secs_f64();
-                let error = s.report.volume_error.unwrap_or(f64::NAN);
+                let error = s.report.tetrahedra_error.unwrap_or(f64::NAN);
                 let (nodes, tets) = (s.positions.len(), s.tetrahedra.len());
                 row(name, nodes, tets, &s.report.quality, error, seconds);
                 let sum: f64 = s.volumes.iter().sum();

@@ -97,6 +97,21 @@ fn volume_stays_where_it_is() {
     }
 }
 
+/// A part that lies in another is counted twice in the mesh's volume. Nodes have no more than there is.
+#[test]
+fn what_a_mesh_counts_twice_is_not_given_to_nodes() {
+    let turn = DMat3::from_rotation_x(0.7) * DMat3::from_rotation_y(0.4);
+    let parts = [1.0, 0.4].map(|size| (cuboid(DVec3::splat(size), turn), false));
+    let found = sampled(join(&parts), 0.2);
+    let sum: f64 = found.volumes.iter().sum();
+    assert!((0.95..1.001).contains(&sum), "{sum} of 1 m³");
+    assert!(
+        found.report.tetrahedra_error.unwrap() < -0.1,
+        "{}",
+        found.report
+    );
+}
+
 /// A fin too thin for any node is cut off, and its volume reported as missing.
 #[test]
 fn what_is_cut_off_is_not_given_to_others() {

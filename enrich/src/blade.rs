@@ -346,7 +346,9 @@ impl DeformedBody<'_> {
             return if near { EdgePlace::Gap } else { EdgePlace::Air };
         };
         if (self.inside)(at) {
+            // Of tissue that is pressed flat the way may be none.
             let came = jacobian.inverse() * (to - from);
+            let came = if came.is_finite() { came } else { DVec3::ZERO };
             EdgePlace::Inside { at, came }
         } else {
             EdgePlace::Outside { at }

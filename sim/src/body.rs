@@ -47,8 +47,8 @@ pub struct Body {
     /// Tetrahedra that gave volumes and edges; results are written on them. None where nodes are mere
     /// points.
     pub tetrahedra: Vec<[u32; 4]>,
-    /// Deviation of the nodes' volume from the input surface's, relative; `None` for shapes
-    /// without a mesh.
+    /// Deviation of the tetrahedra's volume from the body's, relative, which nodes of meshes make up for; `None` where
+    /// a function alone gives the body.
     pub volume_error: Option<f64>,
     /// Fraction of the mesh's vertices that lie where it is too thin for its nodes; 0 for other shapes.
     pub missed: f64,
@@ -267,7 +267,6 @@ impl Body {
         step: f64,
         mut others: Option<&mut Applied<'_>>,
     ) -> Result<(), BodyProblem> {
-        self.times = StepTimes::default();
         let decay = self.decay(step)?;
         let critical = self.is_explicit().then(|| self.current_critical_step());
         let shares = self.shares()?;

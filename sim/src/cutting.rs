@@ -51,7 +51,7 @@ impl Cutting {
     /// Prepares an uncut body.
     fn new(body: &Body) -> Result<Self, BodyProblem> {
         let spacing = body.spacing;
-        // The map looks as far as cuts do.
+        // The map looks as far as cuts do by default.
         let (graph, reach) = (graph_of(body), FactorSettings::default().influence_radius);
         let radii: Vec<f64> = (0..body.rest.len())
             .map(|node| reach.of(&graph, node))

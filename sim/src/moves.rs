@@ -8,7 +8,7 @@ use phyxel_integrate::{StepView, awake};
 
 use crate::deformable::DeformableBodies;
 use crate::error::{WorldError, in_body};
-use crate::phases::{Phase, timed};
+use crate::phases::{Phase, StepTimes, timed};
 use crate::scene::Pose;
 use crate::{Body, World};
 
@@ -23,6 +23,7 @@ impl World {
         self.load_gravity(step)?;
         let time = self.time();
         for body in &mut self.bodies {
+            body.times = StepTimes::default();
             for contact in &mut body.contacts {
                 let tool = contact.tool;
                 contact.rigid.lead(&from[tool], &to[tool], time, step);
@@ -84,7 +85,9 @@ fn advance_together(
     let hook = &mut |view: &StepView<'_>, forces: &mut [DVec3]| {
         contact.take(first, view);
         result = advance_together(others, first + 1, contact, step, pressing);
-        contact.give(first, forces);
+        if result.is_ok() {
+            contact.give(first, forces);
+        }
     };
     let own = body.step(step, Some(hook));
     result.and(in_body(own, &body.name))

@@ -32,7 +32,7 @@ impl Sampled {
             boundary_vectors: found.boundary_vectors,
             tetrahedra: found.tetrahedra,
             outer: Vec::new(),
-            volume_error: found.report.volume_error,
+            volume_error: found.report.tetrahedra_error,
             missed: found.report.missed,
         }
     }

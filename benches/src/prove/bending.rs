@@ -52,7 +52,6 @@ pub(super) fn cantilever(proof: &mut Proof) {
             ("y", DMat3::from_rotation_y(angle)),
             ("a slant", DMat3::from_axis_angle(slant, angle)),
         ] {
-            // Before nodes had what lies between tetrahedra and the surface: -5.3 to -7.7, -1.7 to -3.2, -1.3 to -2.3.
             for (cells, nu, bar) in [
                 (5.0, 0.3, 4.0),
                 (5.0, 0.45, 4.0),

@@ -22,7 +22,7 @@ pub struct TetrahedraQuality {
     pub longest_edge: f64,
     /// Smallest height of a corner over its opposite face (m): what limits an explicit step.
     pub smallest_height: f64,
-    /// Smallest nodal volume over the mean one.
+    /// Smallest quarter sum of a node's tetrahedra over the mean one: nodes near a mesh's surface have more.
     pub smallest_volume: f64,
     /// Smallest `sqrt(V_i / K_i)` of a node (m), `K_i = sum_T V_T / h_T^2` with its heights: the
     /// stable explicit step is about three times this over the speed of pressure waves.

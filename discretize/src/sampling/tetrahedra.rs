@@ -52,10 +52,12 @@ pub struct SamplingReport {
     pub tetrahedra: usize,
     /// Shape and size of the tetrahedra.
     pub quality: TetrahedraQuality,
-    /// What the nodal volumes sum to (m³): the mesh's volume but for lost parts, or that of the tetrahedra.
+    /// What the nodal volumes sum to (m³): the mesh's volume but for large lost parts, or that of the tetrahedra.
     pub volume: f64,
     /// `(volume - V) / V` against the body's volume V ([`Solid::volume`]); `None` where a function alone gives the body.
     pub volume_error: Option<f64>,
+    /// The same of the tetrahedra's own volume: how far they are from the body.
+    pub tetrahedra_error: Option<f64>,
     /// Area of the tetrahedra's boundary (m²).
     pub area: f64,
     /// Pieces of the tetrahedra, each joined through shared nodes.
@@ -79,7 +81,9 @@ impl fmt::Display for SamplingReport {
         )?;
         write!(f, "volume {:.6e}", self.volume)?;
         if let Some(error) = self.volume_error {
-            write!(f, " ({:+.3} % against the body's)", 100.0 * error)?;
+            write!(f, " ({:+.3} % against the body's", 100.0 * error)?;
+            let own = 100.0 * self.tetrahedra_error.unwrap_or_default();
+            write!(f, ", its tetrahedra's {own:+.3} %)")?;
         }
         writeln!(f, ", area {:.6e}", self.area)?;
         writeln!(
@@ -214,6 +218,7 @@ pub(crate) fn finish(
         vertices: positions,
         triangles: surface_triangles,
     };
+    let own: f64 = volumes.iter().sum();
     add_slivers(solid, &surface, &mut volumes);
     let nodes = &surface.vertices;
     let pieces = fit_boundary(nodes, &tetrahedra, &volumes, &mut boundary_vectors);
@@ -225,6 +230,7 @@ pub(crate) fn finish(
         quality,
         volume,
         volume_error: solid.volume().map(|v| (volume - v) / v),
+        tetrahedra_error: solid.volume().map(|v| (own - v) / v),
         area: surface.area(),
         pieces,
         input_parts: solid.parts().1,

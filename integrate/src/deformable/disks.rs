@@ -132,6 +132,8 @@ impl ContactDisks {
         rest: &[DVec3],
     ) {
         assert!(!nodes.is_empty(), "at least one node per sample");
+        let fits = areas.is_empty() || areas.len() == nodes.len();
+        assert!(fits, "an area per node");
         // Near the front of a cut a flank sees both sides. What has no nodes on its own is no tissue that could press.
         let own;
         if sample.flank && !areas.is_empty() {
@@ -361,10 +363,6 @@ fn shares(
     (nodes, areas): (&[u32], &[DVec3]),
     rest: &[DVec3],
 ) -> Vec<(f64, u32)> {
-    assert!(
-        areas.is_empty() || areas.len() == nodes.len(),
-        "an area per node"
-    );
     let share = |(&node, area): (&u32, &DVec3)| {
         let across = (rest[node as usize] - sample.position).reject_from_normalized(sample.normal);
         let near = 1.0 - across.length_squared() / (BEARING * sample.spacing).powi(2);

@@ -106,7 +106,8 @@ impl MapFrame<'_> {
     ///   is between them.
     ///
     /// # Returns
-    /// `None` next to tissue and between the flanks of an open cut.
+    /// `None` next to tissue and between the flanks of an open cut. In tissue that is pressed flat the Jacobian may be as good
+    /// as singular.
     ///
     /// # Panics
     /// If `world` is not finite.

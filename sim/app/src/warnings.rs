@@ -31,7 +31,7 @@ pub(crate) fn warnings(world: &World) -> Vec<String> {
             && error.abs() > LARGEST_VOLUME_ERROR
         {
             warnings.push(format!(
-                "body '{name}': its nodes have a volume {:+.1} % off the body's; ask for \
+                "body '{name}': its tetrahedra have a volume {:+.1} % off the body's; ask for \
                  more nodes, or look whether its mesh crosses itself",
                 1e2 * error
             ));

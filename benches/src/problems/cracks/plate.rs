@@ -22,8 +22,7 @@ pub struct Plate {
 
 impl Plate {
     /// `cells` cells from `low` to `high` (m); nodes moved by up to `jitter` of a cell, those on the
-    /// sides not at all, those on top and bottom within them, the same in both layers of a slab of
-    /// one cell.
+    /// sides not at all, those on top and bottom within them.
     pub fn new(cells: [u32; 3], low: DVec3, high: DVec3, jitter: f64) -> Result<Self, StudyError> {
         let size = (high - low) / DVec3::from_array(cells.map(f64::from));
         let (mut nodes, tetrahedra) = lattice(cells, |s| low + (high - low) * s);
@@ -32,9 +31,7 @@ impl Plate {
         for (index, x) in (0_u32..).zip(&mut nodes) {
             let at = [index % n[0], index / n[0] % n[1], index / (n[0] * n[1])];
             if index % (n[0] * n[1]) == 0 {
-                // Both layers of a slab alike.
-                let layer = if cells[2] == 1 { 0 } else { at[2] };
-                random = Random::new(5 + u64::from(layer));
+                random = Random::new(5 + u64::from(at[2]));
             }
             let inside = |axis: usize| at[axis] > 0 && at[axis] < cells[axis];
             let mut shift = random.vector(jitter);

@@ -66,7 +66,7 @@ fn add_body(rows: &mut Rows, body: &BodySummary) {
     let [before, after] = [body.volume_before, body.volume_after].map(|volume| 1e3 * volume);
     let change = body.volume_after / body.volume_before - 1.0;
     let off = body.volume_error.map_or(String::new(), |error| {
-        format!("; {:+.2} % off the body's", 1e2 * error)
+        format!("; tetrahedra {:+.2} % off the body's", 1e2 * error)
     });
     let said = format!("{before:.4} l before, {after:.4} l after (change {change:+.1e}){off}");
     rows.add("volume", said);

@@ -55,8 +55,8 @@ pub struct BodySummary {
     pub spacing: f64,
     /// Volume (m³) of the rest shape.
     pub volume: f64,
-    /// Deviation of that volume from the input surface's, relative; `null` for shapes without a
-    /// mesh.
+    /// Deviation of the tetrahedra's volume from the body's, relative, which nodes of meshes make up for; `null` where a
+    /// function alone gives the body.
     pub volume_error: Option<f64>,
     /// Mass (kg) before the first step.
     pub mass_before: f64,

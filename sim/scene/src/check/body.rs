@@ -98,7 +98,11 @@ impl Sampling {
             return;
         };
         let (nodes, limit) = (self.estimated_nodes(volume), f64::from(self.limit));
-        let wider = 1.05 * spacing * (nodes / limit).cbrt();
+        let one = Self {
+            target: Target::Spacing(1.0),
+            ..self.clone()
+        };
+        let wider = 1.05 * (one.estimated_nodes(volume) / limit).cbrt();
         let (found, most) = (format_args!("Spacing({spacing:?})"), checks.path("limit"));
         let must = format_args!(
             "it would make about {nodes:.2e} nodes and {most} is {limit}; use {wider:.2e} m or more, or raise the limit"

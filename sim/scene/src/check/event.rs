@@ -86,7 +86,13 @@ impl Cut {
         };
         checks.above_zero("capture", name, value, such_as);
         let (found, most) = (format_args!("{name}({value:?})"), MOST_CAPTURES);
-        let must = format_args!("it makes {count:.2e} captures; the limit is {most:.0e}");
+        let (better, way) = match self.capture {
+            Capture::Rate(rate) => (0.99 * rate * most / count, "less"),
+            _ => (1.01 * value * count / most, "more"),
+        };
+        let must = format_args!(
+            "it makes {count:.2e} captures; the limit is {most:.0e}: take {name}({better:.2e}) or {way}"
+        );
         checks.require(count <= most, "capture", found, must);
     }
 }
