@@ -138,7 +138,8 @@ impl Blade {
     /// Drives the blade to where its edge is now, in steps of half a spacing through the tissue as it lies now:
     /// from where tissue has carried the positions that the edge had in it, which a lobe that swings past the blade
     /// moves farther than the user does. A pair that it passed in the world and that the cut does not cross a
-    /// spacing of its path later, or when the stroke ends, is moved to.
+    /// spacing of its path later, or when the stroke ends, is moved to. At the end those less than a tenth of a spacing ahead of
+    /// a front that is at its blade are left.
     ///
     /// # Arguments
     /// * `edge` -- corners (m) of the edge in the world; with another number of them than at the start it is
@@ -273,6 +274,10 @@ impl Blade {
         self.owed.extend(passed.into_iter().map(|pair| (pair, 0.0)));
         let is_missed = |pair: &SweptPair, cuts: &Cuts| pair.is_missed(rest, cuts, spacing);
         self.owed.retain(|(pair, _)| is_missed(pair, cuts));
+        if ends {
+            self.owed
+                .retain(|(pair, _)| !self.front.is_at_blade(pair.point));
+        }
         let is_due = |&(_, way): &(SweptPair, f64)| ends || way > PATIENCE * spacing;
         let (due, owed): (Vec<_>, Vec<_>) = self.owed.drain(..).partition(is_due);
         self.owed = owed;

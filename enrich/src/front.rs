@@ -274,6 +274,18 @@ impl Front {
         best
     }
 
+    /// Whether a material point (m) that the blade has passed lies less than a tenth of a spacing ahead of where both front and
+    /// blade are: by so much the map of the blade and the straight line of a pair differ.
+    pub(crate) fn is_at_blade(&self, point: DVec3) -> bool {
+        let near = SKIN * self.spacing;
+        let holds = |k: &usize| match (self.samples[*k].last, &self.samples[*k].anchor) {
+            (Some(EdgePlace::Inside { at, .. }), Some(anchor)) => at.distance(anchor.at) <= near,
+            _ => false,
+        };
+        self.nearest_ahead(point)
+            .is_some_and(|(samples, way)| way.length() <= near && samples.iter().all(holds))
+    }
+
     /// Pieces of the front: the samples at their ends, their ends (m) and where they look to.
     fn pieces(&self) -> Vec<([usize; 2], [DVec3; 2], DVec3)> {
         let mut pieces = Vec::new();

@@ -118,7 +118,7 @@ fn compare(proof: &mut Proof, first: Given, others: &[Case]) {
 /// Samples and steps decide how the tissue lies when the blade comes, and so where in it the cut ends.
 pub(super) fn invariance(proof: &mut Proof) {
     let slant = DVec3::new(0.6, 0.0, 0.8);
-    for nodes in [400, 500, 3000, 12_000] {
+    for nodes in [400, 500, 1600, 3000, 12_000] {
         let plain = Given { nodes, ..PLAIN };
         let turned = |axis: DVec3, degrees: f64| Given {
             turn: DMat3::from_axis_angle(axis, degrees.to_radians()),
@@ -144,6 +144,9 @@ pub(super) fn invariance(proof: &mut Proof) {
             others.push(("capture 0.1", capture(0.1), 0.05));
         } else {
             others.push(("capture 0.3", capture(0.3), 0.05));
+        }
+        if nodes == 1600 {
+            others.push(("capture 0.2", capture(0.2), 0.05));
         }
         if nodes == 400 || nodes == 3000 {
             others.extend([
