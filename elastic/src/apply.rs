@@ -162,13 +162,13 @@ impl Elastic {
                 && (model.ranks[at] < 3
                     || lost.binary_search(node).is_ok()
                     || known.binary_search(node).is_ok()
-                    || self.is_poor(before, policy))
+                    || self.sees_too_little(before, policy))
         };
         touched.iter().copied().filter(is_deficient).collect()
     }
 
     /// Whether a node's row sees less than what it was `before` and than the policy asks for.
-    fn is_poor(&self, before: Uncut, policy: &CutPolicy) -> bool {
+    fn sees_too_little(&self, before: Uncut, policy: &CutPolicy) -> bool {
         let at = before.node as usize;
         let row = self.model.pairs.row(at);
         let left = row.iter().filter(|pair| pair.weight > 0.0).count();
@@ -182,17 +182,17 @@ impl Elastic {
     ///
     /// # Panics
     /// If a node does not exist.
-    pub fn weaken_poor(&mut self, nodes: &[u32], policy: &CutPolicy) {
-        let is_poor = |node: &u32| {
+    pub fn weaken_deficient(&mut self, nodes: &[u32], policy: &CutPolicy) {
+        let is_deficient = |node: &u32| {
             let before = Uncut {
                 node: *node,
                 neighbors: self.model.pairs.row(*node as usize).len(),
                 condition: 0.0,
             };
-            self.is_poor(before, policy)
+            self.sees_too_little(before, policy)
         };
-        let poor: Vec<u32> = nodes.iter().copied().filter(is_poor).collect();
+        let deficient: Vec<u32> = nodes.iter().copied().filter(is_deficient).collect();
         let rest = self.model.rest.clone();
-        self.weaken(&poor, &rest, &|_| 1.0);
+        self.weaken(&deficient, &rest, &|_| 1.0);
     }
 }

@@ -80,7 +80,7 @@ pub(crate) fn build(
         let held = |node: &u32| holders[*node as usize] > 0 && !inert(node);
         let held: Vec<u32> = (0..).take(holders.len()).filter(held).collect();
         // At a corner of what is fixed a support leaves too little to tell a strain from.
-        elastic.weaken_poor(&held, &CutPolicy::default());
+        elastic.weaken_deficient(&held, &CutPolicy::default());
     }
     // Between two steps a viscous body answers at once.
     elastic.begin_viscous_step(0.0);

@@ -3,8 +3,8 @@
 use crate::mesh::Mesh;
 use crate::sampling::{Middles, Solid};
 
-/// Largest `|λ|`. Boxes and organs want -0.3 to 0.4. What wants more has lost a part, or a mesh that counts some of its volume twice: a cube
-/// with a buried one of 0.4 of its size had 4.3 % too much mass with 1 in its place.
+/// Largest `|λ|`. Boxes and organs want -0.3 to 0.4. What wants more has lost a part (a fin: 2.2), or has a mesh that counts some of its
+/// volume twice (a cube with a buried one of 0.4 of its size: 1.4). Without a bound that cube has 6.4 % too much mass.
 const LARGEST: f64 = 0.5;
 
 /// Adds to the volumes (m³) of nodes the slivers between a mesh's surface and that of the tetrahedra, `surface`, whose corners lie on it.
@@ -12,7 +12,8 @@ const LARGEST: f64 = 0.5;
 /// `d` (m) is the distance of the surface from an edge's middle, negative in hollows. Over a triangle of the area `A` it is taken for the
 /// quadratic that vanishes at the corners a, b, c, so that `v_a = A/15 Σ (2 d_ab + 2 d_ca + d_bc)` falls to a over its triangles. Across
 /// creases more lies behind a distance. So `V_a += v_a + λ w_a`, with `w` of `|d|` and the one `λ` that gives all nodes together the
-/// mesh's volume; 0 where that is no `λ` of slivers ([`LARGEST`]). So the volume of small lost parts is spread over all surface nodes. Where hollows take `x` of a node, `V²/(V + x)` is left: `V - x` but for the second order, and positive.
+/// mesh's volume; 0 where that is beyond [`LARGEST`]. So the volume of small lost parts is spread over all surface nodes. Where
+/// hollows take `x` of a node, `V²/(V + x)` is left: `V - x` but for the second order, and positive.
 pub(crate) fn add_slivers(solid: &Solid, surface: &Mesh, volumes: &mut [f64]) {
     let Some(mesh) = solid.mesh() else { return };
     let middles = Middles::new(solid, &surface.vertices, &surface.triangles);
